@@ -1,6 +1,6 @@
 //! Textures and colours: the files that they name, and what fits where.
 
-use super::super::description::{RgbRole, SpectrumKind, SpectrumSource};
+use super::super::description::{BitmapSource, RgbRole, SpectrumKind, SpectrumSource};
 use super::super::source::{Place, SceneError};
 use super::spectra::{self, Use};
 use super::{Reader, files};
@@ -80,6 +80,15 @@ pub(in crate::scene) fn check(
         return refuse(format!("{title} has no slope"), expected, "");
     }
     match &source.kind {
+        SpectrumKind::Constant(_) | SpectrumKind::Rgb { .. } if purpose == Use::Normals => {
+            let what =
+                if matches!(source.kind, SpectrumKind::Rgb { .. }) { "a colour" } else { "one number" };
+            refuse(
+                format!("{title} is {what}, not a normal"),
+                "expected a bitmap of three raw channels",
+                "one normal for all of the surface is a texture of type rawconstant whose value is a <vector>",
+            )
+        }
         SpectrumKind::Rgb { rgb, role } => {
             let least = if *role == RgbRole::Clipped { 0.0 } else { f64::NEG_INFINITY };
             let most = if *role == RgbRole::Reflectance { 1.0 } else { f64::INFINITY };
@@ -112,11 +121,14 @@ pub(in crate::scene) fn check(
             if let Some((problem, expected, remedy)) = unfit(purpose, channels) {
                 return refuse(format!("{title} is {problem}"), expected, remedy);
             }
+            let is_colour = bitmap.image.channels == 3 && !bitmap.raw;
             // Colours are made into reflectances, but of those no index may follow from the brightest.
-            if bitmap.image.channels == 3 && purpose != Use::NormalReflectance {
+            if is_colour && purpose.is_spectral() && purpose != Use::NormalReflectance {
+                tell_of_clipping(reader, bitmap, &source.place);
                 return Some(true);
             }
-            let image = &bitmap.image;
+            let luminance = (is_colour && is_number).then(|| bitmap.image.luminance());
+            let image = luminance.as_ref().unwrap_or(&bitmap.image);
             let value = |value: f32| if bitmap.raw { f64::from(value) } else { image.light(value) };
             let bad = image.values.iter().position(|&v| !purpose.allows(value(v) * source.scale));
             bad.map_or(Some(true), |at| {
@@ -178,6 +190,27 @@ pub(in crate::scene) fn check(
         }
         SpectrumKind::Daylit(nested) => Some(spectra::check(reader, nested, name, purpose)),
         _ => None,
+    }
+}
+
+/// Tells of texels whose colour is beyond what a reflectance can be.
+fn tell_of_clipping(reader: &Reader, bitmap: &BitmapSource, place: &Place) {
+    let values = &bitmap.image.values;
+    let bound = |start: f32, choose: fn(f32, f32) -> f32| values.iter().copied().fold(start, choose);
+    let (least, greatest) = (bound(0.0, f32::min), bound(1.0, f32::max));
+    if least < 0.0 || greatest > 1.0 {
+        let found = match (least < 0.0, greatest > 1.0) {
+            (true, true) => format!("from {least} to {greatest}"),
+            (true, false) => format!("down to {least}"),
+            _ => format!("up to {greatest}"),
+        };
+        reader.assumption(
+            place,
+            format!(
+                "{} has values {found}: of its colours what is below 0 counts as 0 and what is above 1 as 1, as in Mitsuba 3",
+                bitmap.file.display()
+            ),
+        );
     }
 }
 

@@ -1,6 +1,7 @@
 //! What colours and textures mean depends on where they stand, as seen in Mitsuba 3.9.1.
 
 use super::{errors, scene, shape};
+use crate::common::folder::Folder;
 use abbe::scene::description::{
     BsdfKind, ConductorIndex, LightKind, PatternSpace, RgbRole, SpectrumKind, SpectrumSource,
 };
@@ -168,4 +169,52 @@ fn an_image_in_colour_may_stand_where_a_number_is_asked() {
     }
     let normals = format!(r#"<bsdf type="normalmap">{}{diffuse}</bsdf>"#, image("normalmap"));
     assert!(errors(&format!(r#"<shape type="sphere">{normals}</shape>"#)).contains("colour"));
+}
+
+/// A picture in floats with equal texels but for one.
+fn picture(folder: &Folder, name: &str, texel: [f32; 3]) -> String {
+    let mut values = [0.5; 3 * 2 * 3];
+    values[3..6].copy_from_slice(&texel);
+    let bytes: Vec<u8> = values.iter().flat_map(|value: &f32| value.to_le_bytes()).collect();
+    folder.write(name, [b"PF\n2 3\n-1.0\n", bytes.as_slice()].concat());
+    folder.path(name).display().to_string()
+}
+
+#[test]
+fn colours_of_a_picture_beyond_a_reflectance_are_told() {
+    let folder = Folder::new("beyond");
+    let painted = |texel| {
+        let file = picture(&folder, "paint.pfm", texel);
+        let texture = format!(
+            r#"<texture type="bitmap" name="NAME"><string name="filename" value="{file}"/></texture>"#
+        );
+        move |bsdf: &str, name: &str| {
+            let texture = texture.replace("NAME", name);
+            format!(r#"<shape type="sphere"><bsdf type="{bsdf}">{texture}</bsdf></shape>"#)
+        }
+    };
+    let told = |texel| {
+        let scene = scene(&painted(texel)("diffuse", "reflectance"));
+        scene.assumptions.iter().map(|note| note.text.clone()).collect::<String>()
+    };
+    assert!(told([5.0, 0.5, 0.5]).contains("paint.pfm has values up to 5: "), "{}", told([5.0, 0.5, 0.5]));
+    assert!(told([-2.0, 0.5, 5.0]).contains("from -2 to 5"));
+    assert!(told([-2.0, 0.5, 1.0]).contains("down to -2"));
+    assert!(!told([0.0, 1.0, 0.5]).contains("paint.pfm"));
+    // A number is not clamped: it is the luminance of the colour.
+    scene(&painted([1.0; 3])("principled", "metallic"));
+    let wrong = errors(&painted([5.0; 3])("principled", "metallic"));
+    assert!(wrong.contains("at the texel 1, 2") && wrong.contains("from 0 to 1"), "{wrong}");
+}
+
+#[test]
+fn a_texel_that_no_sum_holds_is_refused() {
+    let folder = Folder::new("bright");
+    let sky = |texel| {
+        let file = picture(&folder, "sky.pfm", texel);
+        format!(r#"<emitter type="envmap"><string name="filename" value="{file}"/></emitter>"#)
+    };
+    scene(&sky([1e36, 0.5, 0.5]));
+    let wrong = errors(&sky([0.5, 3e38, 0.5]));
+    assert!(wrong.contains("The texel at 1, 2 of the picture is 3e38") && wrong.contains("1e36"), "{wrong}");
 }

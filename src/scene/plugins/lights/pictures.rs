@@ -11,6 +11,9 @@ use crate::scene::write::{Node, Writer};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+/// Most that a value of an environment map may be: sums over texels stay within single precision.
+const BRIGHTEST: f32 = 1e36;
+
 /// The picture of an environment map.
 pub struct Picture;
 
@@ -33,6 +36,23 @@ impl Field for Picture {
                     "expected at least 2 columns and 3 rows, or a single pixel",
                 )
                 .with_remedy("the first and the last row are the poles"),
+            );
+            return None;
+        }
+        if let Some(at) = image.values.iter().position(|&value| value > BRIGHTEST) {
+            let (texel, value) = (at / image.channels, image.values[at]);
+            query.error(
+                SceneError::at(
+                    &query.place("filename"),
+                    format!(
+                        "The texel at {}, {} of the picture is {value:e} ({})",
+                        texel % width,
+                        texel / width,
+                        file.display()
+                    ),
+                    format!("expected values of at most {BRIGHTEST:e}"),
+                )
+                .with_remedy("sums of such values overflow; such a texel is as a rule a fault of the file"),
             );
             return None;
         }
