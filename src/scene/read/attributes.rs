@@ -5,6 +5,7 @@ use super::hints;
 use crate::geometry::Vec3;
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
+use std::num::{IntErrorKind, ParseIntError};
 
 /// Values for `$name`: from the command line, then from `<default>`; the first to set a name wins.
 #[derive(Debug, Default)]
@@ -240,15 +241,22 @@ pub(super) fn float(attribute: &Attribute) -> Result<f64, SceneError> {
 }
 
 pub(super) fn integer(attribute: &Attribute) -> Result<i64, SceneError> {
-    attribute.text.trim().parse().map_err(|_| {
-        let error = SceneError::at(
+    attribute.text.trim().parse().map_err(|error: ParseIntError| {
+        let wrong = SceneError::at(
             &attribute.place,
             format!("\"{}\" is not an integer", attribute.text),
             "expected a whole number such as 16",
         );
-        match number(&attribute.text) {
-            Some(_) => error.with_remedy("leave out the decimals; a property of type float is another thing"),
-            None => error,
+        match error.kind() {
+            IntErrorKind::PosOverflow | IntErrorKind::NegOverflow => SceneError {
+                problem: format!("\"{}\" does not fit an integer", attribute.text),
+                expected: format!("expected one from {} to {}", i64::MIN, i64::MAX),
+                ..wrong
+            },
+            _ if number(&attribute.text).is_some() => {
+                wrong.with_remedy("leave out the decimals; a property of type float is another thing")
+            }
+            _ => wrong,
         }
     })
 }

@@ -123,7 +123,9 @@ impl<'a> Query<'a> {
         let problem = format!("\"{name}\" of {} is {number}", self.title());
         let expected = match most {
             // Limits of the program's own types would say nothing to anybody.
-            _ if most >= i64::from(u32::MAX) => format!("expected an integer of at least {least}"),
+            _ if most >= i64::from(u32::MAX) && number < least => {
+                format!("expected an integer of at least {least}")
+            }
             _ => format!("expected an integer from {least} to {most}"),
         };
         self.error(SceneError::at(&self.place(name), problem, expected));
