@@ -93,17 +93,27 @@ pub(in crate::scene) fn scene_text(path: &Path) -> Result<String, String> {
     let bytes = std::fs::read(path).map_err(unreadable)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        format!("The file {} is not text in UTF-8 (at byte {at}): save it in that encoding", path.display())
+        let begins = String::from_utf8_lossy(&error.as_bytes()[..at]).trim_start().starts_with(['<', '{']);
+        match begins {
+            true => format!(
+                "The file {} is not text in UTF-8 (at byte {at}): save it in that encoding",
+                path.display()
+            ),
+            false => format!("The file {} is not a scene", path.display()),
+        }
     })?;
     Ok(without_mark(text))
 }
 
-/// Editors on Windows may begin a file with a byte order mark.
+/// Editors on Windows may begin a text with a byte order mark.
 pub(in crate::scene) fn without_mark(text: String) -> String {
-    text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text)
+    text.strip_prefix(MARK).map(str::to_owned).unwrap_or(text)
 }
 
-/// The content of a file that a scene names at `place`, if it is there and not larger than `most` bytes.
+const MARK: char = '\u{feff}';
+
+/// The content of a file that a scene names at `place`, if it is there and not larger than `most` bytes; that
+/// of a text without a byte order mark, with which no other file begins.
 pub(in crate::scene) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, SceneError> {
     let unreadable = |error: &std::io::Error| {
         let problem = match error.kind() {
@@ -134,7 +144,11 @@ pub(in crate::scene) fn read(path: &Path, most: u64, place: &Place) -> Result<Ve
         let problem = format!("The file {} is too large ({} bytes)", path.display(), metadata.len());
         return Err(SceneError::at(place, problem, format!("expected at most {most} bytes")));
     }
-    std::fs::read(path).map_err(|error| unreadable(&error))
+    let mut bytes = std::fs::read(path).map_err(|error| unreadable(&error))?;
+    if bytes.starts_with(MARK.encode_utf8(&mut [0; 4]).as_bytes()) {
+        bytes.drain(..MARK.len_utf8());
+    }
+    Ok(bytes)
 }
 
 /// A file in the same folder whose name is like that of `path`.

@@ -2,6 +2,7 @@
 
 use super::{errors, scene};
 use crate::common::described_file;
+use crate::common::folder::Folder;
 use abbe::scene::description::{Description, ShapeKind};
 
 fn file(name: &str, defines: &[(&str, &str)]) -> Description {
@@ -52,4 +53,28 @@ fn a_shape_may_be_referred_to_from_the_scene_itself() {
     let scene = scene(r#"<shape type="sphere" id="a"/><ref id="a"/>"#);
     assert_eq!(scene.shapes.len(), 2);
     assert!(scene.shapes.iter().all(|shape| matches!(shape.kind, ShapeKind::Sphere { .. })));
+}
+
+/// As editors on Windows write it.
+#[test]
+fn texts_that_a_scene_names_may_begin_with_a_byte_order_mark() {
+    let folder = Folder::new("marks");
+    folder.write("paint.spd", "\u{feff}400 0.1\n700 0.2\n");
+    folder.write("mesh.obj", "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write(
+        "mesh.ply",
+        "\u{feff}ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+         property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+         0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    );
+    for kind in ["obj", "ply"] {
+        let [paint, mesh] = ["paint.spd", &format!("mesh.{kind}")].map(|name| folder.path(name));
+        let scene = scene(&format!(
+            r#"<shape type="{kind}"><string name="filename" value="{}"/><bsdf type="diffuse">
+               <spectrum name="reflectance" filename="{}"/></bsdf></shape>"#,
+            mesh.display(),
+            paint.display()
+        ));
+        assert!(matches!(scene.shapes[0].kind, ShapeKind::Mesh { .. }), "{:?}", scene.shapes[0].kind);
+    }
 }

@@ -11,6 +11,14 @@ pub(super) fn malformed(error: &roxmltree::Error, text: &str, file: usize) -> Sc
     let end = text[start..].chars().next().map_or(start, |c| start + c.len_utf8());
     let place = Place { file, span: start..end };
     match error {
+        _ if !text.trim_start().starts_with('<') => {
+            let start = text.len() - text.trim_start().len();
+            let first = text[start..].chars().next();
+            let place = Place { file, span: start..start + first.map_or(0, char::len_utf8) };
+            let problem = if first.is_some() { "The file is not a scene" } else { "The file is empty" };
+            SceneError::at(&place, problem, "expected <scene version=\"3.0.0\">, or { of a scene in JSON")
+                .with_remedy("a scene is a file of Mitsuba 3's XML, or JSON as abbe info --json writes it")
+        }
         roxmltree::Error::DtdDetected => {
             let start = text.find("<!DOCTYPE").unwrap_or(0);
             let place = Place { file, span: start..(start + 9).min(text.len()) };
