@@ -1,5 +1,6 @@
 //! One sample of a pixel, told step by step, from the sample values that the picture has.
 
+use super::allocation::Share;
 use super::exposure::{Aimed, Exposure, Seen, Turn};
 use super::groups::{Block, Pixel};
 use super::settings::with_count;
@@ -115,6 +116,11 @@ pub fn explain(
     )
 }
 
+/// The numbers up to a distance from one, that one first.
+fn from_middle(middle: i64, reach: i64) -> impl Iterator<Item = i64> {
+    std::iter::once(middle).chain((middle - reach..=middle + reach).filter(move |&other| other != middle))
+}
+
 /// A sample among those that a pixel sees.
 struct Candidate {
     pixel: [i64; 2],
@@ -125,32 +131,70 @@ struct Candidate {
     member: usize,
 }
 
+/// The samples of a pixel in one replicate.
+struct Run {
+    net: u32,
+    replicate: u32,
+    /// Index of the first within its net, and how many there are.
+    first: u32,
+    samples: u32,
+    share: Share,
+    group: SmallVec<[Pixel; 16]>,
+    member: usize,
+}
+
+impl Run {
+    fn turn(&self, index: u32) -> Turn {
+        let Self { net, replicate, first, share, .. } = *self;
+        Turn { net, index: first + index, replicate, share }
+    }
+
+    /// The number of a sample among all of the pixel's, which take turns: the first of each run comes before
+    /// the second of any.
+    fn number(&self, index: u32, all: &[Self]) -> u64 {
+        let before = |run: &Self| {
+            let next = u32::from(run.replicate < self.replicate);
+            u64::from(run.samples.min(index + next))
+        };
+        all.iter().map(before).sum()
+    }
+}
+
 impl Exposure<'_> {
     fn explain<const C: usize>(&self, pixel: [u32; 2], wanted: Wanted) -> Result<Explained, String> {
         let own = pixel.map(i64::from);
         let reach = i64::from(self.filter.reach());
         let (mut sum, mut weights) = (0.0, 0.0);
         let mut found: Option<(f64, Candidate)> = None;
-        for y in own[1] - reach..=own[1] + reach {
-            for x in own[0] - reach..=own[0] + reach {
-                let candidates = self.candidates([x, y]);
-                let samples = candidates.len() as u64;
+        // The pixel itself comes first: of samples that bring the same, nothing above all, its own is told.
+        for y in from_middle(own[1], reach) {
+            for x in from_middle(own[0], reach) {
+                let runs = self.runs([x, y]);
+                let samples = runs.iter().map(|run| u64::from(run.samples)).sum();
                 if let (Wanted::Sample(number), true) = (wanted, [x, y] == own)
                     && number >= samples
                 {
                     return Err(format!("pixel {x},{y} has {samples} samples, from 0: there is no {number}"));
                 }
-                for candidate in candidates {
-                    let (luminance, weight) = self.brings::<C>(&candidate, own);
+                for (run, index) in runs.iter().flat_map(|run| (0..run.samples).map(move |i| (run, i))) {
+                    let (luminance, weight) = self.brings::<C>(&run.group, run.member, run.turn(index), own);
                     sum += luminance * weight;
                     weights += weight;
                     let is_wanted = match wanted {
-                        Wanted::Sample(number) => [x, y] == own && candidate.number == number,
+                        Wanted::Sample(number) => [x, y] == own && run.number(index, &runs) == number,
                         Wanted::Brightest => {
                             found.as_ref().is_none_or(|&(most, _)| (luminance * weight).abs() > most)
                         }
                     };
                     if is_wanted {
+                        let candidate = Candidate {
+                            pixel: [x, y],
+                            number: run.number(index, &runs),
+                            samples,
+                            turn: run.turn(index),
+                            group: run.group.clone(),
+                            member: run.member,
+                        };
                         found = Some(((luminance * weight).abs(), candidate));
                     }
                 }
@@ -158,13 +202,13 @@ impl Exposure<'_> {
         }
         let Some((_, candidate)) = found else { return Err("the pixel has no samples".to_owned()) };
         let luminance = if weights == 0.0 { 0.0 } else { sum / weights };
-        let (brings, weight) = self.brings::<C>(&candidate, own);
+        let (brings, weight) = self.brings::<C>(&candidate.group, candidate.member, candidate.turn, own);
         let share = if sum == 0.0 { 0.0 } else { brings * weight / sum };
         self.told::<C>(&candidate, [luminance, share])
     }
 
-    /// The samples of a pixel, in the order of their numbers.
-    fn candidates(&self, place: [i64; 2]) -> Vec<Candidate> {
+    /// The samples of a pixel, run by run.
+    fn runs(&self, place: [i64; 2]) -> Vec<Run> {
         let per_net = self.schedule.per_net;
         let mut found = Vec::new();
         for net in 0..self.schedule.nets() {
@@ -176,29 +220,19 @@ impl Exposure<'_> {
                     continue;
                 }
                 let share = self.allocation.of(&block);
-                let of_run = share.indices(0..self.schedule.samples_per_replicate).len() as u32;
-                for run in 0..per_net {
-                    for index in 0..of_run {
-                        let turn =
-                            Turn { net, index: run * of_run + index, replicate: net * per_net + run, share };
-                        found.push((index, turn.replicate, turn, group.clone(), member));
-                    }
-                }
+                let samples = share.indices(0..self.schedule.samples_per_replicate).len() as u32;
+                found.extend((0..per_net).map(|run| Run {
+                    net,
+                    replicate: net * per_net + run,
+                    first: run * samples,
+                    samples,
+                    share,
+                    group: group.clone(),
+                    member,
+                }));
             }
         }
-        found.sort_by_key(|&(index, replicate, ..)| (index, replicate));
-        let samples = found.len() as u64;
-        (0..)
-            .zip(found)
-            .map(|(number, (_, _, turn, group, member))| Candidate {
-                pixel: place,
-                number,
-                samples,
-                turn,
-                group,
-                member,
-            })
-            .collect()
+        found
     }
 
     fn group_of(&self, block: &Block, place: [i64; 2]) -> Option<SmallVec<[Pixel; 16]>> {
@@ -209,16 +243,21 @@ impl Exposure<'_> {
     }
 
     /// The Y of a sample, and what it weighs in a pixel.
-    fn brings<const C: usize>(&self, candidate: &Candidate, pixel: [i64; 2]) -> (f64, f64) {
-        let aimed = self.aimed::<C>(&candidate.group, candidate.turn);
-        let footprint = self.filter.footprint(aimed.samples[candidate.member].place);
-        let weight = footprint.weight(pixel) * candidate.turn.share.weight();
+    fn brings<const C: usize>(
+        &self,
+        group: &[Pixel],
+        member: usize,
+        turn: Turn,
+        pixel: [i64; 2],
+    ) -> (f64, f64) {
+        let aimed = self.aimed::<C>(group, turn);
+        let footprint = self.filter.footprint(aimed.samples[member].place);
+        let weight = footprint.weight(pixel) * turn.share.weight();
         if weight == 0.0 {
             return (0.0, 0.0);
         }
-        let measured =
-            self.seen_by(&aimed)[candidate.member].radiance * aimed.samples[candidate.member].weight;
-        (self.luminance(&measured, aimed.wavelengths_of(candidate.member)), weight)
+        let measured = self.seen_by(&aimed)[member].radiance * aimed.samples[member].weight;
+        (self.luminance(&measured, aimed.wavelengths_of(member)), weight)
     }
 
     fn aimed<const C: usize>(&self, group: &[Pixel], turn: Turn) -> Aimed<'_, C> {

@@ -1,7 +1,7 @@
 //! `abbe explain`: what is told of a sample is what the film has of it.
 
 use crate::common::folder::{Folder, of_repository, stderr, stdout};
-use crate::common::{compiled, described_file, expose, settings};
+use crate::common::{compiled, described, described_file, expose, settings};
 use abbe::film::Film;
 use abbe::integrator::{Estimator, Step};
 use abbe::render::{Explained, Settings, Wanted, WavelengthCount, explain};
@@ -172,6 +172,18 @@ fn the_program_tells_and_draws_a_sample() {
         assert_eq!(output.status.code(), Some(2), "{wrong:?}");
         assert!(stderr(&output).contains(expected), "{wrong:?}: {}", stderr(&output));
     }
+}
+
+#[test]
+fn of_a_black_pixel_its_own_sample_is_told() {
+    let scene = {
+        let mut description = described(r#"<sensor type="perspective"/>"#);
+        (description.sensor.film.width, description.sensor.film.height) = (16, 12);
+        compiled(&description, &CompileOptions::default())
+    };
+    let pixel = [5, 3];
+    let told = at(&scene, &settings(8, WavelengthCount::Four, 3), pixel, Wanted::Brightest);
+    assert_eq!((told.pixel, told.sample, told.pixel_luminance), (pixel, 0, 0.0));
 }
 
 /// What `docs/counting-and-explaining.md` shows: the pixel that `abbe compare` names is mostly one sample,
