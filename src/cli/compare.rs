@@ -63,8 +63,12 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let paths = args.sides()?;
-    for (_, path) in args.maps() {
+    let maps: Vec<(MapKind, &Path)> = args.maps().collect();
+    for (index, &(_, path)) in maps.iter().enumerate() {
         refuse_what_cannot_be_written(path, args)?;
+        if maps[..index].iter().any(|(_, earlier)| is_same(path, earlier)) {
+            return refused(path, "two pictures would go into one file", "give each a name of its own");
+        }
     }
     let read = |side: &[PathBuf]| side.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>();
     let (a, b) = (read(paths[0])?, read(paths[1])?);
@@ -72,8 +76,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Options { white: args.white, pixels_per_degree: args.ppd.unwrap_or(flip::PIXELS_PER_DEGREE) };
     let comparison = compare(&a, &b, &options).map_err(|mismatch| Failure::Input(mismatch.to_string()))?;
     let met = met(&args.fail_if, &comparison)?;
-    let maps = args
-        .maps()
+    let maps = maps
+        .into_iter()
         .map(|(kind, path)| {
             let map = comparison.map(kind).ok_or_else(|| cannot_be_shown(path, kind))?;
             Ok((map, path))
@@ -143,12 +147,14 @@ fn extension(path: &Path) -> &str {
     path.extension().and_then(|extension| extension.to_str()).unwrap_or("")
 }
 
+fn refused(path: &Path, problem: &str, remedy: &str) -> Result<(), Failure> {
+    Err(Failure::Input(format!("error: {}: {problem}\nhelp: {remedy}", path.display())))
+}
+
 fn refuse_what_cannot_be_written(path: &Path, args: &Args) -> Result<(), Failure> {
-    let refused = |problem: &str, remedy: &str| {
-        Err(Failure::Input(format!("error: {}: {problem}\nhelp: {remedy}", path.display())))
-    };
     if !["exr", "png"].contains(&extension(path)) {
         return refused(
+            path,
             "the picture must be of a known kind",
             "name it *.exr for numbers or *.png for colours",
         );
@@ -158,10 +164,10 @@ fn refuse_what_cannot_be_written(path: &Path, args: &Args) -> Result<(), Failure
         _ => Path::new("."),
     };
     if !folder.is_dir() {
-        return refused(&format!("there is no folder {}", folder.display()), "make it first");
+        return refused(path, &format!("there is no folder {}", folder.display()), "make it first");
     }
     if args.pictures.iter().chain(&args.reference).any(|compared| is_same(path, compared)) {
-        return refused("the picture would go over one that is compared", "give it another name");
+        return refused(path, "the picture would go over one that is compared", "give it another name");
     }
     Ok(())
 }

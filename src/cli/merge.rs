@@ -1,5 +1,7 @@
 use super::png_options::PngOptions;
-use super::render::{cannot_read, cannot_write, counted, has_extension, no_room_for_bins, sample_count};
+use super::render::{
+    cannot_read_content, cannot_write, counted, has_extension, no_room_for_bins, sample_count,
+};
 use super::{Failure, print, print_message};
 use abbe::film::{Film, Storage};
 use abbe::output::checkpoint::merge::{Plan, Refusal, plan};
@@ -40,6 +42,9 @@ pub struct Args {
     quiet: bool,
 }
 
+/// What to do about a part that is damaged.
+const ANEW: &str = "render this part again, or leave it out: what is missing is told";
+
 pub fn run(args: &Args) -> Result<(), Failure> {
     let is_picture = has_extension(&args.output, "exr");
     if !is_picture && !has_extension(&args.output, checkpoint::EXTENSION) {
@@ -59,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut files: Vec<(Header, u32)> = Vec::new();
     for path in &args.parts {
-        let opened = checkpoint::open(path).map_err(|error| cannot_read(path, &error))?;
+        let opened = checkpoint::open(path).map_err(|error| cannot_read_content(path, &error, ANEW))?;
         files.push((opened.header, opened.digest));
     }
     let told: Vec<(&Header, u32)> = files.iter().map(|(header, digest)| (header, *digest)).collect();
@@ -79,7 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .map_err(|error| no_room_for_bins(folder, &error))?;
         let (film, images) = plan
             .add_up(film, |file| checkpoint::open(&args.parts[file]))
-            .map_err(|(file, error)| cannot_read(&args.parts[file], &error))?;
+            .map_err(|(file, error)| cannot_read_content(&args.parts[file], &error, ANEW))?;
         let failed = |path: &Path| {
             let path = path.to_owned();
             move |error| cannot_write(&path, &error)

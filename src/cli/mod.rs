@@ -17,9 +17,11 @@ mod stop;
 mod study;
 mod tev;
 mod view;
+mod whole;
 
+use abbe::output;
 use abbe::scene::Description;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -63,6 +65,17 @@ const LONG_VERSION: &str = match () {
     () => concat!(env!("CARGO_PKG_VERSION"), "\ncompiled for any processor of its kind: 16 lanes in pairs"),
 };
 
+/// The command line as it is read: what an option takes may be a negative number, so that the option says
+/// what it expects.
+fn command() -> clap::Command {
+    Cli::command().mut_subcommands(|command| {
+        command.mut_args(|argument| match argument.get_long() {
+            Some(_) if argument.get_action().takes_values() => argument.allow_negative_numbers(true),
+            _ => argument,
+        })
+    })
+}
+
 /// Why a command did not do what it was asked.
 pub enum Failure {
     /// The input is wrong: the user can put it right.
@@ -90,9 +103,14 @@ fn refuse_to_replace(description: &Description, output: &Path, remedy: &str) -> 
     )))
 }
 
-/// Whether two paths lead to the same file.
+/// Whether two paths lead to the same file, or would if it were there.
 fn is_same(a: &Path, b: &Path) -> bool {
-    a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+    let whole = |path: &Path| {
+        path.canonicalize()
+            .ok()
+            .or_else(|| Some(output::folder_of(path).canonicalize().ok()?.join(path.file_name()?)))
+    };
+    whole(a).is_some_and(|a| whole(b) == Some(a))
 }
 
 /// Writes to standard output. Who reads no further, such as `head`, has had enough: that is no failure.
@@ -110,7 +128,8 @@ fn print(text: &str) -> Result<(), Failure> {
 #[inline(never)]
 pub fn main() -> ExitCode {
     faults::watch();
-    let outcome = match Cli::parse().command {
+    let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
+    let outcome = match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::View(args) => view::run(&args),

@@ -5,7 +5,7 @@ use abbe::output::png::{Exposure, ToneCurve};
 pub struct PngOptions {
     /// Exposure of the PNG: auto (neither black nor burnt, by the picture's own brightness), or stops, of
     /// which each doubles what the EXR holds. With 0 what is 1 in the EXR is white, in every picture alike
-    #[arg(long, value_name = "EV|auto", default_value = "auto", allow_negative_numbers = true, value_parser = parse_exposure)]
+    #[arg(long, value_name = "EV|auto", default_value = "auto", value_parser = parse_exposure)]
     pub exposure: Exposure,
 
     /// Tone curve of the PNG: linear, reinhard (a shoulder that takes the brightest pixel to white) or aces

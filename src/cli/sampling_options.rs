@@ -1,6 +1,8 @@
 //! What decides the samples of a picture, but for the scene.
 
+use super::Failure;
 use super::scene_options::PictureOptions;
+use super::whole::whole;
 use abbe::film::SpectralBins;
 use abbe::integrator::Estimator;
 use abbe::output;
@@ -16,17 +18,17 @@ use abbe::units::WavelengthRange;
 pub struct SamplingOptions {
     /// Samples per pixel, the mean over the picture: a pilot gives more to pixels that err more. They are
     /// dealt into replicates whose spread gives the error [default: what the scene says]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1 << 24))]
     pub spp: Option<u32>,
 
     /// Independent replicates that the samples are dealt into. Few make a picture less noisy, for its samples
     /// are spread better together, and its error bars less sure; 1 has none [default: 4 to 16, by the number
     /// of samples]
-    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "R", value_parser = whole::<u32>(1..=1024))]
     pub replicates: Option<u32>,
 
     /// Seed of the sample values [default: what the scene says]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
 
     /// Sampler: regular (no error bars), independent, jittered, poisson, sobol (Owen-scrambled) or bluenoise
@@ -49,11 +51,11 @@ pub struct SamplingOptions {
     pub picture: PictureOptions,
 
     /// Also write N spectral bins (47 without N) over the range of wavelengths, each with its standard error
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "47", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "47", value_parser = whole::<u32>(1..=4096))]
     pub spectral: Option<u32>,
 
     /// Wavelengths that are simulated, in nm [default: 360:830 and whatever else a specfilm responds to]
-    #[arg(long, value_name = "MIN:MAX", value_parser = parse_range)]
+    #[arg(long, value_name = "MIN:MAX", value_parser = parse_range, allow_hyphen_values = true)]
     pub range: Option<WavelengthRange>,
 
     /// Colour matching functions: cie1931, cie1931-5nm (as Mitsuba tabulates it), cie1964, cie2015-2 or
@@ -64,13 +66,22 @@ pub struct SamplingOptions {
 
 impl SamplingOptions {
     /// What the command line says goes over what the file says. `most`: samples per pixel where a render ends
-    /// for another reason.
-    pub fn apply_to(&self, description: &mut Description, most: Option<u32>) {
+    /// for another reason. Refused where there are more replicates than samples.
+    pub fn apply_to(&self, description: &mut Description, most: Option<u32>) -> Result<(), Failure> {
         let sampler = &mut description.sensor.sampler;
         sampler.sample_count = self.spp.or(most).unwrap_or(sampler.sample_count);
         sampler.seed = self.seed.unwrap_or(sampler.seed);
         sampler.kind = self.sampler.unwrap_or(sampler.kind);
         self.picture.apply_to(description);
+        let sampler = &description.sensor.sampler;
+        let samples = sampler.sample_count;
+        match self.replicates.filter(|_| sampler.kind.is_random()) {
+            Some(replicates) if replicates > samples => Err(Failure::Input(format!(
+                "error: --replicates {replicates}: there are more than the samples per pixel, {samples}\n\
+                 help: take --replicates {samples} or fewer, or --spp {replicates} or more"
+            ))),
+            _ => Ok(()),
+        }
     }
 
     pub fn range(&self, description: &Description) -> WavelengthRange {

@@ -1,4 +1,5 @@
 use super::Failure;
+use super::whole::whole;
 use abbe::film::Region;
 use abbe::scene::description::IntegratorKind;
 use abbe::scene::{self, Crop, Description, ReadOptions};
@@ -15,7 +16,7 @@ pub struct SceneOptions {
     pub defines: Vec<(String, String)>,
 
     /// Which of the scene's sensors is meant, counted from 0
-    #[arg(short = 's', long, value_name = "N", default_value = "0")]
+    #[arg(short = 's', long, value_name = "N", default_value = "0", value_parser = whole::<usize>(0..=usize::MAX as u64))]
     pub sensor: usize,
 
     /// Read the n and k of metals from NAME.eta.spd and NAME.k.spd in a folder, such as mitsuba/data/ior of
@@ -41,17 +42,17 @@ impl SceneOptions {
 #[derive(clap::Args)]
 pub struct PictureOptions {
     /// Size of the picture in pixels [default: what the scene says]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, allow_hyphen_values = true)]
     pub size: Option<[u32; 2]>,
 
     /// Only these pixels: as many across and down from column X and row Y on, counted from the corner of the
     /// whole film. Each is what it is in the whole picture, bit by bit
-    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop, allow_hyphen_values = true)]
     pub crop: Option<Region>,
 
     /// Longest path, in segments from the camera to the light: 1 shows lights alone, 2 direct light, -1 has
     /// no limit [default: what the scene says]
-    #[arg(long, value_name = "N", value_parser = parse_depth, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_depth)]
     pub max_depth: Option<u32>,
 }
 

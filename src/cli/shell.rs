@@ -1,7 +1,6 @@
 //! What the shell and the manual know of the command line: both follow from its declaration.
 
-use super::{Cli, Failure, print};
-use clap::CommandFactory;
+use super::{Failure, command, print};
 use clap_complete::Shell;
 use clap_mangen::Man;
 
@@ -22,7 +21,7 @@ pub struct CompletionsArgs {
 
 pub fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "abbe", &mut script);
+    clap_complete::generate(args.shell, &mut command(), "abbe", &mut script);
     print(&String::from_utf8_lossy(&script))
 }
 
@@ -38,7 +37,7 @@ pub struct ManArgs {
 }
 
 pub fn man(args: &ManArgs) -> Result<(), Failure> {
-    let mut abbe = Cli::command();
+    let mut abbe = command();
     abbe.build();
     let command = match &args.command {
         None => abbe,

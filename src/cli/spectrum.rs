@@ -2,10 +2,12 @@ mod plot;
 mod report;
 
 use super::Failure;
+use super::render::{cannot_read, cannot_write};
 use abbe::output::write_whole;
 use abbe::spectrum::catalogue::{self, Kind, Quantity};
 use abbe::spectrum::table_file::TableFile;
 use abbe::spectrum::{Extrapolation, Spectrum, text};
+use abbe::units::WavelengthRange;
 use std::path::{Path, PathBuf};
 
 /// Say what a spectrum is: its source, its values, its colour under illuminants, and for materials index,
@@ -25,7 +27,7 @@ pub struct Args {
     column: Option<String>,
 
     /// Give values at this wavelength (nm) instead of every 20 nm; may be repeated
-    #[arg(long, value_name = "NM")]
+    #[arg(long, value_name = "NM", value_parser = parse_wavelength)]
     at: Vec<f64>,
 
     /// Count light in photons too: its values times λ / (h c), in photons·s⁻¹ where they are in watts, so
@@ -47,6 +49,12 @@ fn parse_kind(text: &str) -> Result<Kind, String> {
         .into_iter()
         .find(|kind| kind.name() == text)
         .ok_or_else(|| format!("expected one of {}", Kind::ALL.map(Kind::name).join(", ")))
+}
+
+fn parse_wavelength(text: &str) -> Result<f64, String> {
+    let WavelengthRange { min, max } = WavelengthRange::WIDEST;
+    let nm = text.parse::<f64>().ok().filter(|nm| (min..=max).contains(nm));
+    nm.ok_or_else(|| format!("expected a wavelength from {min} to {max} nm"))
 }
 
 /// A spectrum with what is known of it; the kind is not known of a file.
@@ -74,11 +82,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(path) = &args.plot else { return Ok(()) };
     let [subject] = subjects.as_slice() else {
         let kinds: Vec<&str> = subjects.iter().filter_map(|subject| subject.kind).map(Kind::name).collect();
-        return Err(Failure::Input(format!("say which to plot: --kind {}", kinds.join(" or --kind "))));
+        return Err(Failure::Input(format!(
+            "error: the name means several things\nhelp: say which to plot: --kind {}",
+            kinds.join(" or --kind ")
+        )));
     };
-    let bytes = plot::draw(subject).file(path).map_err(Failure::Input)?;
-    write_whole(path, &bytes)
-        .map_err(|error| Failure::Other(format!("cannot write {}: {error}", path.display())))
+    let bytes = plot::draw(subject)
+        .file(path)
+        .map_err(|problem| Failure::Input(format!("error: --plot {}: {problem}", path.display())))?;
+    write_whole(path, &bytes).map_err(|error| cannot_write(path, &error))
 }
 
 fn list(kind: Option<Kind>) -> String {
@@ -100,12 +112,13 @@ fn subjects(args: &Args) -> Result<Vec<Subject>, Failure> {
     let ends_in =
         |ending: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
     if ends_in("spd") || ends_in("csv") {
-        let content = std::fs::read_to_string(path)
-            .map_err(|error| Failure::Input(format!("cannot read {}: {error}", path.display())))?;
-        let subject = if ends_in("spd") { from_spd(&content) } else { from_table(&content, args) };
+        let content = std::fs::read_to_string(path).map_err(|error| cannot_read(path, &error))?;
+        // Editors on Windows may begin a text with a byte order mark.
+        let content = content.strip_prefix('\u{feff}').unwrap_or(&content);
+        let subject = if ends_in("spd") { from_spd(content) } else { from_table(content, args) };
         return match subject {
             Ok(subject) => Ok(vec![Subject { title: wanted.to_owned(), kind: args.kind, ..subject }]),
-            Err(problem) => Err(Failure::Input(format!("{}: {problem}", path.display()))),
+            Err(problem) => Err(Failure::Input(format!("error: {}: {problem}", path.display()))),
         };
     }
     let kinds = Kind::ALL.into_iter().filter(|of| args.kind.is_none_or(|kind| kind == *of));
@@ -118,10 +131,10 @@ fn subjects(args: &Args) -> Result<Vec<Subject>, Failure> {
             .filter_map(|error| error.nearest.map(|nearest| format!("'{nearest}' ({})", error.kind)))
             .collect();
         let hint = match nearest.is_empty() {
-            true => "; abbe spectrum --list shows all names".to_owned(),
-            false => format!("; did you mean {}?", nearest.join(" or ")),
+            true => "abbe spectrum --list shows all names".to_owned(),
+            false => format!("did you mean {}?", nearest.join(" or ")),
         };
-        return Err(Failure::Input(format!("there is no spectrum named '{wanted}'{hint}")));
+        return Err(Failure::Input(format!("error: there is no spectrum named '{wanted}'\nhelp: {hint}")));
     }
     let subject = |entry: catalogue::Entry| {
         let mut facts = vec![("source", entry.source), ("licence", entry.licence), ("units", entry.units)];
@@ -134,7 +147,10 @@ fn subjects(args: &Args) -> Result<Vec<Subject>, Failure> {
 }
 
 fn from_spd(content: &str) -> Result<Subject, String> {
-    let columns = text::parse_spd(content).map_err(|error| error.to_string())?;
+    let columns = text::parse_spd(content).map_err(|error| match error.problem {
+        text::TextProblem::NotNanometres(_) => format!("{error}\nhelp: {}", text::TO_NANOMETRES),
+        _ => error.to_string(),
+    })?;
     let spectrum = Spectrum::irregular(&columns.nodes, &columns.values, Extrapolation::Zero);
     let quantity = Quantity::Spectrum(spectrum.map_err(|error| error.to_string())?);
     Ok(Subject { title: String::new(), kind: None, facts: Vec::new(), quantity })

@@ -17,6 +17,8 @@ pub struct Folder {
 pub enum ForeignStudy {
     /// It has files and none is a study's.
     NotAStudy,
+    /// What says whose it is, a file in it, is damaged.
+    Damaged(PathBuf),
     /// Another study's: what differs, as far as it can be told.
     Another(Vec<String>),
     /// A file cannot be read or written.
@@ -38,7 +40,8 @@ impl Folder {
         let wanted = serde_json::to_value(request).map_err(|error| ForeignStudy::Io(error.into()))?;
         match std::fs::read(folder.file(STUDY)) {
             Ok(bytes) => {
-                let header: Header = serde_json::from_slice(&bytes).map_err(|_| ForeignStudy::NotAStudy)?;
+                let header: Header =
+                    serde_json::from_slice(&bytes).map_err(|_| ForeignStudy::Damaged(folder.file(STUDY)))?;
                 if header.study != wanted {
                     return Err(ForeignStudy::Another(differences(&header.study, &wanted)));
                 }

@@ -73,7 +73,21 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         (vec!["render", &good, "--aov", "depth,depth"], "two channels \"depth.T\""),
         (vec!["render", &good, "--size", "65536x65536", "--spectral"], "GiB"),
         (vec!["render", &good, "-D", "sp=3"], "sp"),
-        (vec!["spectrum", "N-SF111"], "N-SF11"),
+        (vec!["render", &good, "--spp", "-3"], "from 1 to 16777216"),
+        (vec!["render", &good, "--seed", "-1"], "from 0 to 18446744073709551615"),
+        (vec!["render", &good, "--seed", "99999999999999999999"], "from 0 to 18446744073709551615"),
+        (vec!["render", &good, "--threads", "-1"], "from 1 to 1024"),
+        (vec!["render", &good, "--size", "-1x5"], "WIDTHxHEIGHT"),
+        (vec!["render", &good, "--crop", "-1,0,4,4"], "X,Y,WIDTH,HEIGHT"),
+        (vec!["render", &good, "--spp", "4", "--replicates", "1024"], "take --replicates 4 or fewer"),
+        (vec!["explain", &good, "--pixel=0,0", "--spp", "4", "--replicates", "5"], "or --spp 5 or more"),
+        (vec!["study", &good, "-o", "noise", "--seed", "-1"], "from 0 to 18446744073709551615"),
+        (vec!["spectrum", "N-SF111"], "error: there is no spectrum named 'N-SF111'\nhelp: did you mean"),
+        (vec!["spectrum", "none.spd"], "error: cannot read none.spd"),
+        (vec!["spectrum", "D65", "--at", "0"], "from 1 to 100000 nm"),
+        (vec!["spectrum", "D65", "--at", "-5"], "from 1 to 100000 nm"),
+        (vec!["spectrum", "D65", "--at", "nan"], "from 1 to 100000 nm"),
+        (vec!["spectrum", "BK7", "--plot", "x.svg"], "error: the name means several things"),
         (vec!["draw"], "draw"),
     ] {
         let output = folder.run(&arguments);
@@ -82,6 +96,32 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         assert!(told.contains(expected), "{arguments:?}: {told}");
     }
     assert_eq!(folder.files(), ["bad.xml"]);
+}
+
+#[test]
+fn what_is_no_scene_is_called_so() {
+    let folder = Folder::new("no-scene");
+    folder.write("picture.png", b"\x89PNG\r\n\x1a\n\0\0");
+    folder.write("latin.xml", b"<scene version=\"3.0.0\"><!-- caf\xe9 --></scene>");
+    let told = folder.ends(2, &["info", "picture.png"]);
+    assert!(
+        told.contains("picture.png is not a scene") && told.contains("Mitsuba 3's XML or JSON"),
+        "{told}"
+    );
+    let told = folder.ends(2, &["info", "latin.xml"]);
+    assert!(told.contains("not text in UTF-8 (at byte 31)"), "{told}");
+}
+
+#[test]
+fn a_table_with_a_byte_order_mark_is_read_and_one_in_micrometres_refused() {
+    let folder = Folder::new("tables");
+    folder.write("marked.spd", "\u{feff}400 0.1\n700 0.2\n");
+    folder.write("marked.csv", "\u{feff}wavelength_nm,a\n400,0.1\n700,0.2\n");
+    folder.ends(0, &["spectrum", "marked.spd"]);
+    folder.ends(0, &["spectrum", "marked.csv"]);
+    folder.write("small.spd", "0.4 0.1\n0.7 0.2\n");
+    let told = folder.ends(2, &["spectrum", "small.spd"]);
+    assert!(told.starts_with("error: small.spd: line 1, column 1") && told.contains("by 1000"), "{told}");
 }
 
 #[test]

@@ -371,6 +371,8 @@ fn conditions_decide_the_exit_code_and_mistakes_are_2() {
         (vec!["a.exr", "b.exr", "--z", "z.jpg"], 2, "*.png"),
         (vec!["a.exr", "b.exr", "--z", "b.exr"], 2, "another name"),
         (vec!["a.exr", "b.exr", "--flip", "no/such/f.png"], 2, "folder"),
+        (vec!["a.exr", "b.exr", "--flip", "d.exr", "--difference", "d.exr"], 2, "into one file"),
+        (vec!["a.exr", "b.exr", "--z", "./d.exr", "--p-values", "d.exr"], 2, "into one file"),
         (vec!["a.exr", "b.exr", "--difference", "d.exr", "--fail-if", "what>1"], 2, "what"),
     ] {
         let output = folder.run(&[&["compare"], arguments.as_slice()].concat());

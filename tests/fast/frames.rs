@@ -61,6 +61,9 @@ fn frames_are_what_they_are_alone_and_go_on_where_they_stopped() {
     // What is there is of another seed.
     let told = folder.ends(2, &render(&["-o", "f-%03d.exr", "--seed=8", "--resume"]));
     assert!(told.contains("abbe.seed") && told.contains("f-002.exr"), "{told}");
+    folder.write("f-002.exr", "cut");
+    let told = folder.ends(2, &resume);
+    assert!(told.contains("cannot read f-002.exr") && told.contains("help: remove it"), "{told}");
 }
 
 /// A frame that was stopped has a checkpoint beside its picture: it is not complete.

@@ -214,7 +214,7 @@ fn what_does_not_belong_together_is_refused() {
         ("depth.checkpoint", "scene is"),
         ("plain.checkpoint", "estimator is shared and plain"),
         ("b.exr", "b.checkpoint"),
-        ("made.xml", "no checkpoint"),
+        ("made.xml", "no checkpoint of this version of abbe\nhelp: render this part again"),
         ("none.checkpoint", "cannot read"),
     ] {
         let found = folder.ends(2, &["merge", "-o", "all.exr", "a.checkpoint", other]);
@@ -244,7 +244,9 @@ fn what_does_not_belong_together_is_refused() {
     bytes[middle] ^= 1;
     folder.write("a.checkpoint", &bytes);
     let found = resumed(&["--samples=0..8"]);
-    assert!(found.contains("damaged"), "{found}");
+    assert!(found.contains("damaged") && found.contains("help: remove it to begin anew"), "{found}");
+    let found = folder.ends(2, &["merge", "-o", "all.exr", "a.checkpoint"]);
+    assert!(found.contains("damaged") && found.contains("help: render this part again"), "{found}");
 }
 
 /// A disk that is full is one on which files cannot grow.

@@ -255,6 +255,13 @@ fn wrong_input_is_2_before_anything_is_rendered() {
         assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
         assert!(stderr(&output).contains(expected), "{words:?}: {}", stderr(&output));
     }
+    // What was kept is damaged.
+    std::fs::write(mine.path("reference-case0.exr"), "cut").expect("a file can be written");
+    let found = stderr(&study(&mine, &tiny));
+    assert!(found.contains("reference-case0.exr") && found.contains("help: remove it"), "{found}");
+    std::fs::write(mine.path("study.json"), "{").expect("a file can be written");
+    let found = stderr(&study(&mine, &tiny));
+    assert!(found.contains("study.json is damaged") && found.contains("help: name a new folder"), "{found}");
     assert_eq!(fresh.files().len(), 0);
     assert_eq!(foreign.files().len(), 1);
 }

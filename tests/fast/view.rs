@@ -175,6 +175,9 @@ fn a_page_shows_a_picture_and_nothing_else() {
     assert!(told.contains("--spp: a.exr is shown as it is"), "{told}");
     let told = folder.ends(2, &["view", "made.exr"]);
     assert!(told.contains("cannot read made.exr"), "{told}");
+    folder.write("bad.exr", "no picture");
+    let told = folder.ends(2, &["view", "bad.exr"]);
+    assert!(told.contains("cannot read bad.exr") && told.contains("help: expected an OpenEXR"), "{told}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod text;
 use super::render::{cannot_write, thread_pool};
 use super::sampling_options::SamplingOptions;
 use super::scene_options::SceneOptions;
+use super::whole::whole;
 use super::{Failure, refuse_to_replace};
 use abbe::output::write_whole;
 use abbe::render::{Wanted, explain};
@@ -24,19 +25,19 @@ pub struct Args {
     scene: SceneOptions,
 
     /// Which pixel: column and row from the upper left corner of the whole film, from 0
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, allow_hyphen_values = true)]
     pixel: [u32; 2],
 
     /// Which of the pixel's own samples, from 0 [default: the one that brings the most to the pixel, its own
     /// or a neighbour's that the filter spreads over it]
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", value_parser = whole::<u64>(0..=u64::MAX))]
     sample: Option<u64>,
 
     #[command(flatten)]
     sampling: SamplingOptions,
 
     /// Threads for the pilots [default: as many as there are cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1024))]
     threads: Option<u32>,
 
     /// Print JSON
@@ -53,7 +54,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.svg {
         refuse_to_replace(&description, path, "give the drawing another name")?;
     }
-    args.sampling.apply_to(&mut description, None);
+    args.sampling.apply_to(&mut description, None)?;
     let range = args.sampling.range(&description);
     let description = description.over(range);
     let options = args.sampling.compile_options(range);

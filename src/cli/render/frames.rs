@@ -1,7 +1,7 @@
 //! The pictures of an animation, one after another.
 
 use super::super::Failure;
-use super::{Args, cannot_read, has_extension};
+use super::{Args, cannot_read_content, has_extension};
 use abbe::output::exr;
 use abbe::scene::Description;
 use std::ops::Range;
@@ -15,7 +15,7 @@ pub struct FrameOptions {
     /// digits, in place of the number. In frame N the shutter opens and closes N / FPS later than the scene
     /// says, and N is added to the seed. Implies --checkpoint, until the frame is complete. With --resume
     /// complete frames are skipped
-    #[arg(long, value_name = "A..B", value_parser = parse_frames, requires = "output", conflicts_with = "samples")]
+    #[arg(long, value_name = "A..B", value_parser = parse_frames, allow_hyphen_values = true, requires = "output", conflicts_with = "samples")]
     pub frames: Option<Range<u32>>,
 
     /// Frames per unit of the scene's time
@@ -69,7 +69,8 @@ pub fn is_complete(
     if !args.long.resumes() || !path.exists() || checkpoint.is_some_and(Path::exists) {
         return Ok(false);
     }
-    let found = exr::read(path).map_err(|error| cannot_read(path, &error))?;
+    let found = exr::read(path)
+        .map_err(|error| cannot_read_content(path, &error, "remove it, and the frame is rendered again"))?;
     // The hash of the scene last: what else differs tells more.
     let by_hash = |(name, _): &&(String, String)| name == "abbe.sceneHash";
     let (hash, rest): (Vec<_>, Vec<_>) = attributes.iter().partition(by_hash);

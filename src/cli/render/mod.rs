@@ -10,6 +10,7 @@ use super::sampling_options::SamplingOptions;
 use super::scene_options::SceneOptions;
 use super::stop::stop_on_signal;
 use super::view::{self, Page};
+use super::whole::whole;
 use super::{Failure, print_message};
 use abbe::film::{Film, Storage};
 use abbe::output::{self, Colour, Content, Picture, checkpoint};
@@ -18,8 +19,8 @@ use abbe::scene::description::{self, Aov, AovKind, Description, FilmContent, Mom
 use abbe::scene::{Scene, compile};
 use abbe::units::WavelengthRange;
 use frames::FrameOptions;
-pub(super) use long::cannot_read;
 use long::{Kept, LongOptions, Viewers, Watching};
+pub(super) use long::{cannot_read, cannot_read_content};
 use report::distinct;
 pub(super) use report::{counted, sample_count};
 use stats::{Report, Statistics};
@@ -48,7 +49,7 @@ pub struct Args {
     sampling: SamplingOptions,
 
     /// Threads to render with [default: as many as there are cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1024))]
     threads: Option<u32>,
 
     /// Also write images of what the camera sees first, each with its standard error: albedo, depth,
@@ -92,7 +93,7 @@ pub(super) fn run_shown(args: &Args, page: Option<&Page>) -> Result<(), Failure>
     let mut description = args.scene.read()?;
     let read = began.elapsed();
     let most = args.long.until.ends_early().then_some(until::MOST_SAMPLES);
-    args.sampling.apply_to(&mut description, most);
+    args.sampling.apply_to(&mut description, most)?;
     let range = args.sampling.range(&description);
     let description = description.over(range);
     let output = args.output_path()?;

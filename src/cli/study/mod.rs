@@ -4,6 +4,7 @@ use super::progress::StudyProgress;
 use super::render::{cannot_write, refuse_what_no_memory_holds, scene_name, thread_pool, warn};
 use super::scene_options::{PictureOptions, SceneOptions};
 use super::stop::stop_on_signal;
+use super::whole::whole;
 use super::{Failure, print_message};
 use abbe::film::Region;
 use abbe::integrator::Estimator;
@@ -54,14 +55,14 @@ pub struct Args {
     estimator: List<Estimator>,
 
     /// Independent pictures of each run, whose spread tells the error of its error
-    #[arg(long, value_name = "R", default_value = "16", value_parser = clap::value_parser!(u32).range(2..=1024))]
+    #[arg(long, value_name = "R", default_value = "16", value_parser = whole::<u32>(2..=1024))]
     replicates: u32,
 
     #[command(flatten)]
     picture: PictureOptions,
 
     /// Seed of the study
-    #[arg(long, value_name = "N", default_value = "0")]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
 
     /// EXR file to measure errors against, with Y (and error.Y) or R, G, B [default: the study renders its
@@ -70,7 +71,7 @@ pub struct Args {
     reference: Option<PathBuf>,
 
     /// Samples per pixel of the reference that the study renders [default: 64 times the longest run's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1 << 26))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(16..=1 << 26))]
     reference_spp: Option<u32>,
 
     /// Relative RMSE to tell the CPU time to, 0.01 for 1 % [default: the smallest that all samplers reach]
@@ -78,7 +79,7 @@ pub struct Args {
     target: Option<f64>,
 
     /// Threads to render with [default: as many as there are cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1024))]
     threads: Option<u32>,
 
     /// Print nothing but errors
@@ -140,7 +141,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             pool.install(|| reference::write(&path, case, &settings, &progress))
                 .map_err(|error| cannot(&error))?;
         }
-        references.push(read_reference(&path, request.size)?);
+        references.push(read_reference(&path, request.size, "remove it, and the study renders it again")?);
         stopped(&stop, &runs).inspect_err(|_| progress.finish())?;
     }
     for index in 0..runs.len() {
@@ -262,7 +263,7 @@ fn request(args: &Args, cases: &[Case], threads: u32) -> Result<(Request, Option
             ));
         }
         Some(path) => {
-            let reference = read_reference(path, size)?;
+            let reference = read_reference(path, size, "expected an OpenEXR file, as abbe render writes it")?;
             let file = ReferenceRequest::File {
                 path: path.display().to_string(),
                 hash: format!("{:016x}", reference.hash()),
@@ -291,10 +292,11 @@ fn request(args: &Args, cases: &[Case], threads: u32) -> Result<(Request, Option
     Ok((request, given))
 }
 
-fn read_reference(path: &Path, size: [u32; 2]) -> Result<Reference, Failure> {
+/// `remedy`: what to do about a file that cannot be read.
+fn read_reference(path: &Path, size: [u32; 2], remedy: &str) -> Result<Reference, Failure> {
     let place = path.display();
-    let channels =
-        exr::read(path).map_err(|error| Failure::Input(format!("error: cannot read {place}: {error}")))?;
+    let channels = exr::read(path)
+        .map_err(|error| Failure::Input(format!("error: cannot read {place}: {error}\nhelp: {remedy}")))?;
     Reference::from_channels(&channels, size).map_err(|error| {
         Failure::Input(match error {
             ReferenceError::Size([width, height]) => format!(
@@ -321,6 +323,11 @@ fn refused(path: &Path, foreign: &ForeignStudy) -> Failure {
     match foreign {
         ForeignStudy::NotAStudy => Failure::Input(format!(
             "error: {place} has files in it, and they are not a study's\nhelp: name a new or an empty folder"
+        )),
+        ForeignStudy::Damaged(file) => Failure::Input(format!(
+            "error: {} is damaged, which says what is studied in the folder\n\
+             help: name a new folder, or remove this one to begin the study anew",
+            file.display()
         )),
         ForeignStudy::Another(differences) => {
             let mut text = format!("error: {place} is the folder of another study");

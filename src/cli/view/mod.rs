@@ -3,11 +3,10 @@
 mod growing;
 mod server;
 
-use super::render::{self, cannot_read, has_extension};
+use super::render::{self, cannot_read_content, has_extension};
 use super::stop::stop_on_signal;
 use super::{Failure, print_message};
 use abbe::output::exr;
-use clap::CommandFactory;
 use clap::parser::ValueSource;
 pub use growing::Page;
 use std::sync::Arc;
@@ -44,7 +43,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             path.display()
         )));
     }
-    let picture = exr::Stored::open(path).map_err(|error| cannot_read(path, &error))?;
+    let picture = exr::Stored::open(path).map_err(|error| {
+        cannot_read_content(path, &error, "expected an OpenEXR file, as abbe render writes it")
+    })?;
     page.finished(Some(picture));
     let stop = stop_on_signal()?;
     serve(&page, args.port)?;
@@ -54,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// An option that was given and says how a scene is rendered.
 fn option_of_render() -> Option<String> {
-    let mut command = super::Cli::command();
+    let mut command = super::command();
     let matches = command.get_matches_mut();
     let (name, view) = matches.subcommand()?;
     let is_given = |option: &&clap::Arg| {

@@ -84,7 +84,7 @@ pub fn read(path: &Path) -> std::io::Result<Channels> {
 }
 
 pub(super) fn damaged(error: exr::error::Error) -> std::io::Error {
-    std::io::Error::other(format!("not a readable OpenEXR file: {error}"))
+    std::io::Error::new(std::io::ErrorKind::InvalidData, format!("not a readable OpenEXR file: {error}"))
 }
 
 /// Refuses a header that announces a picture larger than its file can hold.

@@ -3,6 +3,7 @@ use super::super::cannot_write;
 use super::LongOptions;
 use abbe::output::checkpoint::{self, Description, Header};
 use abbe::render::{Auxiliary, Work};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// What is kept of a render on the way.
@@ -33,7 +34,7 @@ impl Kept {
             }
             return Ok(work);
         }
-        let failed = |error| cannot_read(path, &error);
+        let failed = |error| cannot_read_content(path, &error, "remove it to begin anew");
         let opened = checkpoint::open(path).map_err(failed)?;
         let wrong = |what: &str, [there, here]: [&str; 2]| {
             Failure::Input(format!(
@@ -71,7 +72,17 @@ impl Kept {
     }
 }
 
-/// A checkpoint that cannot be read.
+/// A file that cannot be read. `remedy`: what to do where it is its content that is wrong.
+pub fn cannot_read_content(path: &Path, error: &std::io::Error, remedy: &str) -> Failure {
+    match error.kind() {
+        ErrorKind::InvalidData => {
+            Failure::Input(format!("error: cannot read {}: {error}\nhelp: {remedy}", path.display()))
+        }
+        _ => cannot_read(path, error),
+    }
+}
+
+/// A file that cannot be read.
 pub fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {
     Failure::Input(format!("error: cannot read {}: {error}", path.display()))
 }

@@ -11,7 +11,7 @@ use abbe::output::checkpoint;
 use abbe::output::{self};
 use abbe::render::Schedule;
 use abbe::scene::Description;
-pub use kept::{Kept, cannot_read};
+pub use kept::{Kept, cannot_read, cannot_read_content};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -37,7 +37,7 @@ pub struct LongOptions {
 
     /// Render samples A to B − 1 of each pixel alone, counted from 0, of all that --spp says: a part for abbe
     /// merge. Implies --checkpoint
-    #[arg(long, value_name = "A..B", value_parser = parse_samples, conflicts_with_all = ["until", "time"])]
+    #[arg(long, value_name = "A..B", value_parser = parse_samples, allow_hyphen_values = true, conflicts_with_all = ["until", "time"])]
     samples: Option<Range<u64>>,
 
     #[command(flatten)]
