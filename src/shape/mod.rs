@@ -21,6 +21,7 @@ mod grid_shape;
 mod heightfield;
 mod hit;
 mod mesh;
+mod nesting;
 mod patch;
 mod pieces;
 mod placement;
@@ -33,7 +34,7 @@ pub mod solid;
 mod sphere;
 mod support;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod torus;
 mod triangle;
 

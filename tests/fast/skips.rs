@@ -159,3 +159,30 @@ fn clips_end_no_other_rays_than_the_cameras() {
         }
     }
 }
+
+/// Light that goes back through bodies that cross sees them in another order. Of two of which one lies within
+/// the other it sees the same.
+#[test]
+fn crossing_bodies_throw_no_traced_caustics() {
+    let has_caustics = |inner: &str| {
+        let content = format!(
+            r#"<integrator type="path"/><sensor type="perspective"><film type="hdrfilm"/>
+            <transform name="to_world"><translate z="-5"/></transform></sensor>
+            <shape type="sphere"><bsdf type="dielectric"><float name="int_ior" value="1.3"/></bsdf></shape>
+            {inner}
+            <shape type="disk"><transform name="to_world"><translate z="5"/></transform>
+            <emitter type="area"/></shape>"#
+        );
+        crate::common::made(&content, &CompileOptions::default()).features().caustics
+    };
+    let ball = |centre: &str, more: &str| {
+        format!(
+            r#"<shape type="sphere"><point name="center" value="{centre}"/><float name="radius" value="0.4"/>
+            <bsdf type="dielectric"><float name="int_ior" value="1.7"/></bsdf>{more}</shape>"#
+        )
+    };
+    // Its box lies within the box of the larger ball in all three cases.
+    assert!(has_caustics(&ball("0.3, 0.3, 0.3", "")));
+    assert!(!has_caustics(&ball("0.5, 0.5, 0.5", "")));
+    assert!(has_caustics(&ball("0.5, 0.5, 0.5", r#"<integer name="priority" value="1"/>"#)));
+}

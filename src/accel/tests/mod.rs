@@ -6,13 +6,13 @@ mod rays;
 use super::{Accel, Tests};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
 use crate::lanes::{LANES, Mask};
+use crate::shape::tests::icosphere;
 use crate::shape::{ControlPoint, CurveKind, Curves, Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
 use crate::stress;
 use glam::{DMat4, DQuat};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
 use std::cell::Cell;
-use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_6, PI, TAU};
 
 fn random(seed: u64) -> Random {
@@ -196,47 +196,6 @@ fn book_example_of_a_box() {
     // From 2 lower in z the slabs overlap: entered where y = 3, left where z = 3.
     let hit = accel.closest(&Ray::new(Vec3::new(0.0, 4.0, 0.0), direction), 0.0).unwrap();
     assert!((hit.t - 0.5 * 21f64.sqrt()).abs() < 1e-12, "{hit:?}");
-}
-
-/// An icosahedron whose triangles are split in four `levels` times.
-fn icosphere(levels: u32) -> MeshData {
-    let g = (1.0 + 5f64.sqrt()) / 2.0;
-    let mut points: Vec<Vec3> = Vec::new();
-    for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
-        points
-            .extend([Vec3::new(0.0, a, b), Vec3::new(a, b, 0.0), Vec3::new(b, 0.0, a)].map(Vec3::normalize));
-    }
-    let mut indices = Vec::new();
-    for i in 0..12u32 {
-        for j in i + 1..12 {
-            for k in j + 1..12 {
-                let [a, b, c] = [i, j, k].map(|n| points[n as usize]);
-                let edge = |x: Vec3, y: Vec3| x.distance(y) < 1.1;
-                if edge(a, b) && edge(b, c) && edge(c, a) {
-                    let outward = (b - a).cross(c - a).dot(a) > 0.0;
-                    indices.push(if outward { [i, j, k] } else { [i, k, j] });
-                }
-            }
-        }
-    }
-    for _ in 0..levels {
-        let mut middles = BTreeMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                points.push((points[a as usize] + points[b as usize]).normalize());
-                points.len() as u32 - 1
-            })
-        };
-        indices = indices
-            .iter()
-            .flat_map(|&[a, b, c]| {
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-                [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
-            })
-            .collect();
-    }
-    let positions = points.iter().map(|point| point.as_vec3().to_array()).collect();
-    MeshData { positions, indices, ..MeshData::default() }
 }
 
 /// No ray from inside a closed mesh gets out, least of all through its edges and vertices.

@@ -132,12 +132,20 @@ impl Known<'_> {
         let differ = accounts && a.index_class != b.index_class || a.interior != b.interior;
         a.priority == b.priority && differ
     }
+
+    /// Whether the surfaces of two shapes in the same coordinates may cross. Those of parts of solids are
+    /// taken for whole.
+    fn cross(&self, a: usize, b: usize) -> bool {
+        if !nested(self.boxes[a], self.boxes[b]) {
+            return true;
+        }
+        // What is open has no inside that it could lie in.
+        [a, b].iter().all(|&shape| self.is_closed(shape)) && self.shapes[a].crosses(&self.shapes[b])
+    }
 }
 
-/// Where one box holds the other, the bodies most often lie within one another, the inner one entered last
-/// from everywhere.
-fn cross(a: Bounds, b: Bounds) -> bool {
-    !a.contains(b) && !b.contains(a)
+fn nested(a: Bounds, b: Bounds) -> bool {
+    a.contains(b) || b.contains(a)
 }
 
 /// What the shapes of a scene may do to one another.
@@ -287,11 +295,11 @@ impl Nearness {
         self.adjoin |= bodies;
         if bodies && gap < -(a.error + b.error) {
             self.overlap = true;
-            if cross(a.partner.bounds, b.partner.bounds) {
-                for &i in a.shapes.list() {
-                    let others = b.shapes.list().iter().filter(|&&j| known.unordered(i, j));
-                    self.one_way.extend(others.flat_map(|&j| [i, j]));
-                }
+            let cross = !nested(a.partner.bounds, b.partner.bounds);
+            for &i in a.shapes.list() {
+                let others = b.shapes.list().iter().filter(|&&j| known.unordered(i, j));
+                let others = others.filter(|&&j| shapes.map_or(cross, |_| known.cross(i, j)));
+                self.one_way.extend(others.flat_map(|&j| [i, j]));
             }
         }
         // No plane parts what lies within something else.
@@ -308,7 +316,7 @@ impl Nearness {
                 self.adjoin = true;
                 if gap < -(errors[i] + rounding[i] + errors[j] + rounding[j]) {
                     self.overlap = true;
-                    if known.unordered(i, j) && cross(boxes[i], boxes[j]) {
+                    if known.unordered(i, j) && known.cross(i, j) {
                         self.one_way.extend([i, j]);
                     }
                 }

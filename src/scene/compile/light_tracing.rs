@@ -87,7 +87,7 @@ impl Setting<'_> {
             && !hide_emitters
             && self.camera_medium.is_none()
             && self.camera.projects()
-            && !self.begins_unknown(surfaces)
+            && !self.begins_unknown()
             && !self.is_seen_through_events();
         if !possible {
             return None;
@@ -203,16 +203,14 @@ impl Setting<'_> {
 
     /// Whether it is not known within what a light subpath begins: what is behind an open surface that states
     /// a medium, or whose index others take account of, has no bounds.
-    fn begins_unknown(&self, surfaces: &[Surface]) -> bool {
+    fn begins_unknown(&self) -> bool {
         let parts = |body: &Body| {
             let states = |filling| matches!(filling, Filling::Medium(_));
             states(body.interior)
                 || states(body.exterior)
                 || self.features.medium_stack && body.index.is_some()
         };
-        let bodies =
-            surfaces.iter().filter_map(|surface| surface.body).map(|body| &self.bodies[body as usize]);
-        bodies.into_iter().any(|body| !body.closed && parts(body))
+        self.bodies.iter().any(|body| !body.closed && parts(body))
     }
 
     /// Whether camera rays may pass surfaces to which others give precedence on their way to the first one

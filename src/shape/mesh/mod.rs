@@ -3,6 +3,7 @@
 mod build;
 mod deform;
 mod exact;
+mod line_tree;
 mod normals;
 mod rectangle_surface;
 mod sampling;
@@ -14,7 +15,7 @@ use super::triangle::{RaySpace, TriangleHit};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 pub use deform::Deformation;
-use exact::Exact;
+use line_tree::LineTree;
 pub use normals::compute_vertex_normals;
 use rayon::prelude::*;
 pub use rectangle_surface::RectangleSurface;
@@ -82,12 +83,14 @@ impl MeshData {
 pub struct Mesh {
     data: Arc<MeshData>,
     /// Its vertices as they were before they were rounded, if it is part of a solid.
-    exact: Option<Arc<Exact>>,
+    exact: Option<Arc<Vec<Vec3>>>,
     bounds: Bounds,
     /// Error bound of a point on it and of the test against it; see [`Mesh::error_bound`].
     error: f64,
     /// Areas of triangles. Made when they are first asked for: few meshes are lights.
     areas: OnceLock<AreaDistribution>,
+    /// Likewise for [`Mesh::crossings`].
+    lines: OnceLock<LineTree>,
     /// The rectangle, if the mesh is one of two triangles.
     rectangle: Option<Rectangle>,
 }
@@ -108,6 +111,7 @@ impl Mesh {
             error: error_bound(bounds),
             bounds,
             areas: OnceLock::new(),
+            lines: OnceLock::new(),
             data,
             exact: None,
             rectangle: None,
@@ -135,7 +139,7 @@ impl Mesh {
     #[inline]
     pub fn triangle(&self, triangle: u32) -> [Vec3; 3] {
         if let Some(exact) = &self.exact {
-            return self.data.indices[triangle as usize].map(|index| exact.positions[index as usize]);
+            return self.data.indices[triangle as usize].map(|index| exact[index as usize]);
         }
         let [a, b, c] = self.triangle_f32(triangle);
         [to_f64(a), to_f64(b), to_f64(c)]
@@ -171,7 +175,7 @@ impl Mesh {
         let mut found = Crossings::new();
         // Seen from its other end, the z axis turns everything round.
         let facing = if space.shear[2] > 0.0 { 1 } else { -1 };
-        let mut test = |triangle: u32| {
+        let test = |triangle: u32| {
             let sheared = self.triangle(triangle).map(|vertex| space.sheared(vertex));
             let Some(side) = RaySpace::passes(sheared) else { return };
             let (TriangleHit { t, barycentric }, extent) = RaySpace::place(sheared);
@@ -182,10 +186,9 @@ impl Mesh {
             let enters = (side == facing) != self.data.flip_normals;
             found.push(Crossing { hit, error: (height / slope).min(extent + height), enters });
         };
-        match &self.exact {
-            Some(exact) => exact.near_line(ray, test),
-            None => (0..self.triangle_count() as u32).for_each(&mut test),
-        }
+        let boxes = || (0..self.triangle_count() as u32).map(|i| Bounds::of(self.triangle(i)));
+        let tree = self.lines.get_or_init(|| LineTree::new(&Vec::from_iter(boxes())));
+        tree.near_line(ray, test);
         found.sort_by(|a, b| a.hit.t.total_cmp(&b.hit.t));
         found
     }

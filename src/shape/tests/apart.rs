@@ -1,7 +1,7 @@
 //! How far surfaces keep apart.
 
 use super::super::{Mesh, Shape, Sphere, Torus};
-use super::{Random, all_shapes, direction};
+use super::{Random, all_shapes, direction, icosphere};
 use crate::geometry::{Bounds, Ray, Transform, Vec3};
 use glam::DMat4;
 use rand::{RngExt, SeedableRng};
@@ -130,6 +130,54 @@ fn surfaces_that_meet_have_no_clearance() {
         [(ball(0.5, 0.4), &ball(1.0, 0.0)), (ball(0.5, 0.4), &cube), (ball(0.5, 1.6), &cube)]
     {
         assert!((inner.clearance(outer) - 0.1).abs() < 1e-12, "{inner:?} in {outer:?}");
+    }
+}
+
+/// A round mesh of 1280 triangles, none of whose planes is tried by itself.
+fn mesh_ball(centre: Vec3, radius: f64) -> Shape {
+    let to_world = Transform::scale(radius).then(&Transform::translation(centre));
+    Shape::Mesh(Mesh::new(icosphere(3).transformed(&to_world)).unwrap())
+}
+
+/// Whatever lies within a ball or apart from it does not cross it; what pokes through it does.
+#[test]
+fn closed_shapes_cross_where_one_pokes_through_the_other() {
+    for (name, shape) in all_shapes() {
+        if !shape.encloses() {
+            continue;
+        }
+        let (centre, diameter) = (shape.bounds().centre(), shape.bounds().diameter());
+        let point = shape.sample([0.3, 0.6]).or(shape.sample([0.6, 0.3])).unwrap().surface.point.position;
+        for (place, radius, expected) in [
+            (centre, 0.6 * diameter, false),
+            (centre + 1.3 * diameter * Vec3::X, 0.6 * diameter, false),
+            (point, 0.2 * diameter, true),
+        ] {
+            let sphere = Sphere::new(&Transform::IDENTITY, place, radius, false).unwrap();
+            for ball in [Shape::Sphere(sphere), mesh_ball(place, radius)] {
+                assert_eq!(shape.crosses(&ball), expected, "{name}: {place} {radius}");
+                assert_eq!(ball.crosses(&shape), expected, "{name}: {place} {radius}");
+            }
+        }
+    }
+}
+
+/// A hundredth of a ball's surface that pokes through another is seen; balls that touch from within, of one
+/// place of their surfaces, do not cross.
+#[test]
+fn a_little_that_pokes_through_crosses() {
+    let outer = mesh_ball(Vec3::ZERO, 1.0);
+    let ball = |radius: f64, height: f64| {
+        Shape::Sphere(Sphere::new(&Transform::IDENTITY, Vec3::Z * height, radius, false).unwrap())
+    };
+    // A cap of height h has h/2r of a ball's surface.
+    for radius in [0.25, 0.5] {
+        let cap = 0.02 * radius;
+        assert!(ball(radius, 1.0 - radius + cap).crosses(&ball(1.0, 0.0)), "{radius}");
+        assert!(!ball(radius, 1.0 - radius).crosses(&ball(1.0, 0.0)), "{radius}");
+        // The triangles lie within the ball of their corners by up to 1.2 %.
+        assert!(ball(radius, 1.0 - radius + 0.03).crosses(&outer), "{radius}");
+        assert!(!ball(radius, 1.0 - radius - 0.02).crosses(&outer), "{radius}");
     }
 }
 

@@ -23,6 +23,7 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
@@ -52,6 +53,47 @@ fn placement(stretch: Vec3) -> Transform {
     }
     let place = DMat4::from_scale_rotation_translation(stretch, rotation, Vec3::new(0.2, -0.4, 0.3));
     Transform::new(place * shear).unwrap()
+}
+
+/// An icosahedron whose triangles are split in four `levels` times.
+pub(crate) fn icosphere(levels: u32) -> MeshData {
+    let g = (1.0 + 5f64.sqrt()) / 2.0;
+    let mut points: Vec<Vec3> = Vec::new();
+    for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
+        points
+            .extend([Vec3::new(0.0, a, b), Vec3::new(a, b, 0.0), Vec3::new(b, 0.0, a)].map(Vec3::normalize));
+    }
+    let mut indices = Vec::new();
+    for i in 0..12u32 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                let [a, b, c] = [i, j, k].map(|n| points[n as usize]);
+                let edge = |x: Vec3, y: Vec3| x.distance(y) < 1.1;
+                if edge(a, b) && edge(b, c) && edge(c, a) {
+                    let outward = (b - a).cross(c - a).dot(a) > 0.0;
+                    indices.push(if outward { [i, j, k] } else { [i, k, j] });
+                }
+            }
+        }
+    }
+    for _ in 0..levels {
+        let mut middles = BTreeMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                points.push((points[a as usize] + points[b as usize]).normalize());
+                points.len() as u32 - 1
+            })
+        };
+        indices = indices
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    let positions = points.iter().map(|point| point.as_vec3().to_array()).collect();
+    MeshData { positions, indices, ..MeshData::default() }
 }
 
 /// One of everything, with a name for messages.
