@@ -110,6 +110,16 @@ fn what_is_no_scene_is_called_so() {
     );
     let told = folder.ends(2, &["info", "latin.xml"]);
     assert!(told.contains("not text in UTF-8 (at byte 31)"), "{told}");
+    folder.write("wide.xml", b"\xff\xfe<\0s\0c\0e\0n\0e\0");
+    let told = folder.ends(2, &["info", "wide.xml"]);
+    assert!(told.contains("not text in UTF-8 (at byte 0)"), "{told}");
+    folder.write("pointer.ply", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n");
+    folder.write(
+        "clone.xml",
+        r#"<scene version="3.0.0"><shape type="ply"><string name="filename" value="pointer.ply"/></shape></scene>"#,
+    );
+    let told = folder.ends(2, &["info", "clone.xml"]);
+    assert!(told.contains("pointer.ply only tells Git LFS") && told.contains("git lfs pull"), "{told}");
 }
 
 #[test]

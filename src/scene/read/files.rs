@@ -93,8 +93,10 @@ pub(in crate::scene) fn scene_text(path: &Path) -> Result<String, String> {
     let bytes = std::fs::read(path).map_err(unreadable)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        let begins = String::from_utf8_lossy(&error.as_bytes()[..at]).trim_start().starts_with(['<', '{']);
-        match begins {
+        let bytes = error.as_bytes();
+        let is_utf16 = [[0xff, 0xfe], [0xfe, 0xff]].iter().any(|mark| bytes.starts_with(mark));
+        let begins = String::from_utf8_lossy(&bytes[..at]).trim_start().starts_with(['<', '{']);
+        match is_utf16 || begins {
             true => format!(
                 "The file {} is not text in UTF-8 (at byte {at}): save it in that encoding",
                 path.display()
@@ -111,6 +113,9 @@ pub(in crate::scene) fn without_mark(text: String) -> String {
 }
 
 const MARK: char = '\u{feff}';
+
+/// How a file begins that stands in for one in Git's Large File Storage (its specification, version 1).
+const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
 
 /// The content of a file that a scene names at `place`, if it is there and not larger than `most` bytes; that
 /// of a text without a byte order mark, with which no other file begins.
@@ -147,6 +152,11 @@ pub(in crate::scene) fn read(path: &Path, most: u64, place: &Place) -> Result<Ve
     let mut bytes = std::fs::read(path).map_err(|error| unreadable(&error))?;
     if bytes.starts_with(MARK.encode_utf8(&mut [0; 4]).as_bytes()) {
         bytes.drain(..MARK.len_utf8());
+    }
+    if bytes.starts_with(LFS_POINTER) {
+        let problem = format!("The file {} only tells Git LFS what belongs here", path.display());
+        return Err(SceneError::at(place, problem, "expected the file itself")
+            .with_remedy("git lfs pull, in the repository of the scene, fetches it"));
     }
     Ok(bytes)
 }
