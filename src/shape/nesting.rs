@@ -1,5 +1,4 @@
-//! Whether two closed shapes cross: whether some lines leave the one that they entered first before they leave
-//! the other.
+//! Whether two closed shapes cross: whether some line leaves the one that it entered first before the other.
 
 use super::{Crossing, Crossings, Shape};
 use crate::geometry::Ray;

@@ -4,7 +4,8 @@
 use crate::common::folder::Folder;
 use crate::common::{expose, found, made, mean_over_pixels, settings};
 use abbe::render::WavelengthCount;
-use abbe::scene::{CompileOptions, Features, ReadOptions, Scene, read_str};
+use abbe::scene::{CompileOptions, Features, ReadOptions, Scene, compile, read_str};
+use std::path::Path;
 
 fn scene(content: &str) -> Scene {
     made(content, &CompileOptions::default())
@@ -364,4 +365,29 @@ fn a_pane_hides_points_from_path_alone() {
     let sees = found(BOUND) * error / volpath;
     assert!(sees < 0.02, "less than {sees} is not found");
     assert!((path - volpath).abs() < BOUND * error, "{path} {volpath} ± {error}");
+}
+
+/// Files for Mitsuba 3 have it so: an opaque wall in fog states the fog on both of its sides. By which way
+/// rays get into the fog is said elsewhere. Where it is not, the file is wrong.
+#[test]
+fn opaque_shapes_may_state_a_medium_that_rays_get_into_elsewhere() {
+    let fog = r#"<medium type="homogeneous" id="fog"/>"#;
+    let wall = r#"<shape type="rectangle"><ref name="interior" id="fog"/><ref name="exterior" id="fog"/>
+                  <bsdf type="diffuse"/></shape>"#;
+    let film =
+        r#"<film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/></film>"#;
+    let told = |sensor: &str, more: &str| {
+        let content = format!(
+            r#"<scene version="3.0.0">{fog}<integrator type="volpath"/><sensor type="perspective">{sensor}{film}
+               </sensor>{wall}{more}</scene>"#
+        );
+        let description =
+            read_str(content, Path::new("scene.xml"), &ReadOptions::default()).expect("it is read");
+        compile(&description, &CompileOptions::default()).map(|_| ()).map_err(|errors| errors.to_string())
+    };
+    assert_eq!(told(r#"<ref id="fog"/>"#, ""), Ok(()));
+    let cloud = r#"<shape type="sphere"><bsdf type="null"/><ref name="interior" id="fog"/></shape>"#;
+    assert_eq!(told("", cloud), Ok(()));
+    let error = told("", "").unwrap_err();
+    assert!(error.contains("no ray ever gets into this medium") && error.contains("`null`"), "{error}");
 }

@@ -12,7 +12,7 @@ use crate::scene::description::{
 };
 use crate::scene::read::metals;
 use crate::scene::scene::{Role, Surface};
-use crate::scene::source::SceneError;
+use crate::scene::source::{Place, SceneError};
 use crate::shape;
 use crate::spectrum::{NormalReflectance, Spectrum, catalogue};
 use crate::texture::Texture;
@@ -32,6 +32,8 @@ pub(super) struct MaterialCompiler {
     known: BTreeMap<*const Bsdf, MaterialId>,
     /// By place: a medium that several shapes refer to is one.
     pub(super) known_media: BTreeMap<(usize, usize), u32>,
+    /// The media inside of shapes that let no light through.
+    sealed: Vec<Place>,
 }
 
 impl MaterialCompiler {
@@ -44,7 +46,25 @@ impl MaterialCompiler {
             media: Vec::new(),
             known: BTreeMap::new(),
             known_media: BTreeMap::new(),
+            sealed: Vec::new(),
         }
+    }
+
+    /// Media that the file states and that rays get into nowhere: those inside of opaque shapes, unless the
+    /// sensor or a shape that lets light through is in the same.
+    pub fn unreachable_media(&self) -> impl Iterator<Item = SceneError> {
+        let unknown = |place: &&Place| !self.known_media.contains_key(&(place.file, place.span.start));
+        self.sealed.iter().filter(unknown).map(|place| {
+            SceneError::at(
+                place,
+                "no ray ever gets into this medium",
+                "a medium inside a surface that lets light through",
+            )
+            .with_remedy(
+                "give the shape a BSDF that lets light through, such as `dielectric` or `null`, or leave the \
+                 medium out; a sensor in the medium has it, too",
+            )
+        })
     }
 
     /// What a shape's surface is, without the light that it may be.
@@ -88,20 +108,11 @@ impl MaterialCompiler {
             _ => Ok(None),
         };
         if !self.materials.any(material, &Material::transmits) {
-            return match &shape.interior {
-                None => refuse_priority(
-                    "There is nothing inside this shape that could take precedence: no ray ever gets into it",
-                    "a priority of a shape that lets light through, such as one with a `dielectric`",
-                ),
-                Some(medium) => Err(SceneError::at(
-                    &medium.place,
-                    "no ray ever gets into this medium",
-                    "a medium inside a surface that lets light through",
-                )
-                .with_remedy(
-                    "give the shape a BSDF that lets light through, such as `dielectric` or `null`, or leave the medium out",
-                )),
-            };
+            self.sealed.extend(shape.interior.as_ref().map(|medium| medium.place.clone()));
+            return refuse_priority(
+                "There is nothing inside this shape that could take precedence: no ray ever gets into it",
+                "a priority of a shape that lets light through, such as one with a `dielectric`",
+            );
         }
         let index = self.materials.interior_index(material).cloned();
         let (interior, exterior) = (self.filling(&shape.interior)?, self.filling(&shape.exterior)?);

@@ -155,6 +155,7 @@ impl Compiler<'_> {
             .medium
             .as_ref()
             .and_then(|medium| materials.medium(medium).map_err(|error| self.errors.push(error)).ok());
+        self.errors.extend(materials.unreachable_media());
         if description.integrator.kind == IntegratorKind::Walk {
             self.refuse_lights_that_a_walk_misses();
         }

@@ -22,7 +22,7 @@ struct Node {
 const LEAF: usize = 4;
 
 impl LineTree {
-    /// Of triangles by their boxes.
+    /// The tree of triangles with these boxes.
     pub fn new(boxes: &[Bounds]) -> Self {
         let mut tree = Self { nodes: Vec::new(), order: (0..boxes.len() as u32).collect() };
         tree.split(boxes, 0, boxes.len());
