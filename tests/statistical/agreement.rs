@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 28] = [
+const CASES: [Case; 29] = [
     Case { name: "diffuse", samples: 512, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.02 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -60,6 +60,7 @@ const CASES: [Case; 28] = [
     Case { name: "facets", samples: 4096, walk_samples: 0, walk_block: 1, sees: 0.08 },
     Case { name: "surface", samples: 8192, walk_samples: 16_384, walk_block: 1, sees: 0.07 },
     Case { name: "relief", samples: 8192, walk_samples: 32_768, walk_block: 1, sees: 0.07 },
+    Case { name: "fibre", samples: 4096, walk_samples: 65_536, walk_block: 2, sees: 0.08 },
     Case { name: "window", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.08 },
     Case { name: "fog", samples: 640, walk_samples: 5120, walk_block: 1, sees: 0.09 },
     Case { name: "smoke", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.06 },
@@ -304,6 +305,13 @@ fn facets() {
 fn surface() {
     agrees("surface");
     assert!(!load(case("surface"), "path").features().caustics);
+}
+
+/// A curve is met from outside alone: light that goes back gets out where it would have to get in.
+#[test]
+fn fibre() {
+    agrees("fibre");
+    assert!(!load(case("fibre"), "path").features().caustics);
 }
 
 /// Light that comes by a surface with a normal map, which scatters by a frame of its own from either end.

@@ -1,7 +1,7 @@
 use super::spectra::{self, index};
 use super::{hair, plastic, principled};
 use crate::bsdf::{
-    AIR_INDEX, BsdfTextures, DielectricTextures, Metal, RoughnessTextures, ThinDielectricTextures,
+    AIR_INDEX, BsdfTextures, DielectricTextures, Metal, RoughnessTextures, Specular, ThinDielectricTextures,
 };
 use crate::geometry::Transform;
 use crate::material::{Material, MaterialId, Materials, NormalMap, NormalMapping};
@@ -90,7 +90,11 @@ impl MaterialCompiler {
             body,
             parametrised: any(&Material::is_parametrised),
             null_transmission: any(&Material::has_null_transmission),
-            specular: self.materials.specular(material),
+            specular: match geometry {
+                // Curves are met from outside alone: light that goes back finds its way in where it got out.
+                shape::Shape::Curves(_) if any(&Material::transmits) => Specular::Nothing,
+                _ => self.materials.specular(material),
+            },
         })
     }
 
