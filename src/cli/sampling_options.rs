@@ -8,6 +8,7 @@ use abbe::integrator::Estimator;
 use abbe::output;
 use abbe::render::{Schedule, Settings, WavelengthCount};
 use abbe::sampling::SamplerKind;
+use abbe::scene::description::Sampler;
 use abbe::scene::{CompileOptions, Description};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
@@ -66,7 +67,8 @@ pub struct SamplingOptions {
 
 impl SamplingOptions {
     /// What the command line says goes over what the file says. `most`: samples per pixel where a render ends
-    /// for another reason. Refused where there are more replicates than samples.
+    /// for another reason. Refused where there are more replicates than samples, or
+    /// more samples in a replicate than its sums hold.
     pub fn apply_to(&self, description: &mut Description, most: Option<u32>) -> Result<(), Failure> {
         let sampler = &mut description.sensor.sampler;
         sampler.sample_count = self.spp.or(most).unwrap_or(sampler.sample_count);
@@ -75,12 +77,33 @@ impl SamplingOptions {
         self.picture.apply_to(description);
         let sampler = &description.sensor.sampler;
         let samples = sampler.sample_count;
-        match self.replicates.filter(|_| sampler.kind.is_random()) {
-            Some(replicates) if replicates > samples => Err(Failure::Input(format!(
+        if let Some(replicates) = self.replicates.filter(|&replicates| replicates > samples)
+            && sampler.kind.is_random()
+        {
+            return Err(Failure::Input(format!(
                 "error: --replicates {replicates}: there are more than the samples per pixel, {samples}\n\
                  help: take --replicates {samples} or fewer, or --spp {replicates} or more"
-            ))),
-            _ => Ok(()),
+            )));
+        }
+        let most = Schedule::LONGEST_REPLICATE;
+        if self.schedule(sampler).samples_per_replicate > most {
+            let remedy = match sampler.kind.is_random() {
+                true => format!("take --replicates {} or more", samples.div_ceil(most)),
+                false => format!("take another sampler: {} has one replicate", sampler.kind),
+            };
+            return Err(Failure::Input(format!(
+                "error: {samples} samples per pixel: a replicate holds at most {most}\nhelp: {remedy}"
+            )));
+        }
+        Ok(())
+    }
+
+    fn schedule(&self, sampler: &Sampler) -> Schedule {
+        match self.replicates {
+            Some(replicates) if sampler.kind.is_random() => {
+                Schedule::with_replicates(sampler.sample_count, replicates)
+            }
+            _ => Schedule::of(sampler.kind, sampler.sample_count),
         }
     }
 
@@ -100,12 +123,7 @@ impl SamplingOptions {
     pub fn settings(&self, description: &Description, range: WavelengthRange) -> Settings {
         let sampler = &description.sensor.sampler;
         Settings {
-            schedule: match self.replicates {
-                Some(replicates) if sampler.kind.is_random() => {
-                    Schedule::with_replicates(sampler.sample_count, replicates)
-                }
-                _ => Schedule::of(sampler.kind, sampler.sample_count),
-            },
+            schedule: self.schedule(sampler),
             seed: sampler.seed,
             sampler: sampler.kind,
             wavelengths: self.wavelengths,

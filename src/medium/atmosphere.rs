@@ -71,7 +71,10 @@ impl Exponential {
                 return ControlFlow::Continue(());
             }
             let left = target - sum;
-            let distance = invert([from, to], left, |t| line.integral(from, t), |t| line.on(t));
+            let distance = match to.is_finite() {
+                true => invert([from, to], left, |t| line.integral(from, t), |t| line.on(t)),
+                false => from + left / line.on(from + 1.0),
+            };
             ended = Some((distance, sum + line.integral(from, distance), line.on(distance)));
             ControlFlow::Break(())
         });
@@ -103,8 +106,9 @@ impl<'a> Line<'a> {
     }
 
     fn integral(&self, from: f64, to: f64) -> f64 {
-        if self.of.radius.is_none() && self.direction.z == 0.0 {
-            let density = self.on(0.0);
+        // An infinite piece is level, or lies below the ground.
+        if self.of.radius.is_none() && (self.direction.z == 0.0 || to.is_infinite()) {
+            let density = self.on(from + 1.0);
             return if density > 0.0 { density * (to - from) } else { 0.0 };
         }
         let width = to - from;
@@ -139,9 +143,8 @@ impl<'a> Line<'a> {
         for pair in ends.windows(2) {
             let (from, to) = (pair[0], pair[1]);
             let middle = if to.is_finite() { 0.5 * (from + to) } else { from + 1.0 };
-            // What is above the top is no piece, and what is infinite and not level lies there.
-            let level = self.of.radius.is_none() && self.direction.z == 0.0;
-            if to > from && self.on(middle) > 0.0 && (to.is_finite() || level) && visit(from, to).is_break() {
+            // What is above the top is no piece.
+            if to > from && self.on(middle) > 0.0 && visit(from, to).is_break() {
                 return;
             }
         }
@@ -178,6 +181,26 @@ mod tests {
         let down = Ray { t_max: 2e5 + 100.0, ..Ray::new(Vec3::new(0.0, 0.0, 2e5), -Vec3::Z) };
         assert!((up(&down, None) - whole - 100.0).abs() < 1e-6, "{}", up(&down, None));
         assert_eq!(up(&Ray::new(Vec3::new(0.0, 0.0, 1e5), Vec3::Z), None), 0.0);
+    }
+
+    /// Below a flat ground, and level above it, there is no end to the air.
+    #[test]
+    fn endless_rays_in_the_air_end() {
+        let air = air(None);
+        for (height, direction, depth, distance) in [
+            (0.0, -Vec3::Z, 300.0, 300.0),
+            (-50.0, Vec3::new(0.6, 0.0, -0.8), 300.0, 300.0),
+            (8000.0, Vec3::X, 300.0, 300.0 * 1.0f64.exp()),
+            (96_000.0, -Vec3::Z, 9000.0, 96_000.0 + 1000.0 + 8000.0 * (-12.0f64).exp()),
+        ] {
+            let ray = Ray::new(Vec3::new(0.0, 0.0, height), direction);
+            assert_eq!(air.depth(&ray), f64::INFINITY, "{height}");
+            let FreeFlight::Ended { distance: found, depths, .. } = air.fly(&ray, depth) else {
+                panic!("passed from {height}");
+            };
+            assert!((found / distance - 1.0).abs() < 1e-9, "{height}: {found}, not {distance}");
+            assert!((depths.0[0] / depth - 1.0).abs() < 1e-9, "{height}: {}", depths.0[0]);
+        }
     }
 
     /// Toward the horizon of a sphere the column is √(πRH/2) but for terms of H/R (Chapman, "The absorption

@@ -1,8 +1,10 @@
 //! OpenEXR images: the flat channels R G B, Y, or X Y Z of one layer, with or without A.
 
 use super::{Image, ImageError, check_size};
-use crate::spectrum::colour::xyz_to_rec709;
+use crate::spectrum::colour::{RgbSpace, xyz_to_rec709};
 use ::exr::image::FlatSamples;
+use ::exr::math::Vec2;
+use ::exr::meta::attribute::Chromaticities;
 use ::exr::prelude::{ReadChannels, ReadLayers, read};
 use std::io::Cursor;
 
@@ -24,6 +26,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
     };
     let (width, height) = (header.layer_size.0, header.layer_size.1);
     check_size(width, height, header.channels.bytes_per_pixel, bytes.len())?;
+    let space = header.shared_attributes.chromaticities.map(space).filter(differs);
     let names: Vec<String> = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
     let wanted = colour(&names)?;
 
@@ -54,8 +57,15 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
             "expected a value of each channel for every texel",
         ));
     }
+    let of_file = space.filter(|_| matches!(wanted, Colour::Rgb(_)));
+    let convert = of_file.map(|space| space.to_rec709().ok_or_else(no_colours)).transpose()?;
     let values: Vec<f32> = match (wanted, columns.as_slice()) {
-        (Colour::Rgb(_), [r, g, b]) => (0..texels).flat_map(|i| [r[i], g[i], b[i]]).collect(),
+        (Colour::Rgb(_), [r, g, b]) => (0..texels)
+            .flat_map(|i| match &convert {
+                Some(convert) => convert([r[i], g[i], b[i]].map(f64::from)).map(|value| value as f32),
+                None => [r[i], g[i], b[i]],
+            })
+            .collect(),
         (Colour::Xyz(_), [x, y, z]) => (0..texels)
             .flat_map(|i| xyz_to_rec709([x[i], y[i], z[i]].map(f64::from).into()).map(|value| value as f32))
             .collect(),
@@ -64,6 +74,28 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
     };
     let channels = if matches!(wanted, Colour::Grey(_)) { 1 } else { 3 };
     Ok(Image::new(width, height, channels, values, false))
+}
+
+/// What the file says of its primaries and white.
+fn space(stated: Chromaticities) -> RgbSpace {
+    let at = |place: Vec2<f32>| (f64::from(place.x()), f64::from(place.y()));
+    RgbSpace { primaries: [stated.red, stated.green, stated.blue].map(at), white: at(stated.white) }
+}
+
+/// Whether the values are not those of BT.709. Programs write its chromaticities with three digits or more.
+fn differs(space: &RgbSpace) -> bool {
+    let pairs = |space: &RgbSpace| [space.primaries.as_slice(), &[space.white]].concat();
+    let far = |((x, y), (known_x, known_y)): (&(f64, f64), &(f64, f64))| {
+        (x - known_x).abs().max((y - known_y).abs()) > 5e-4
+    };
+    pairs(space).iter().zip(&pairs(&RgbSpace::REC709)).any(far)
+}
+
+fn no_colours() -> ImageError {
+    ImageError::new(
+        "The chromaticities of the OpenEXR file span no colours",
+        "expected those of three primaries and of white that differ",
+    )
 }
 
 /// Which channels make the colour, as indices into those of the file.

@@ -14,11 +14,14 @@ pub struct Schedule {
     pub replicates: u32,
     /// Replicates of each net: a divisor of their number.
     pub per_net: u32,
-    /// Samples of a pixel in each replicate, at least 1.
+    /// Samples of a pixel in each replicate, from 1 to [`Schedule::LONGEST_REPLICATE`].
     pub samples_per_replicate: u32,
 }
 
 impl Schedule {
+    /// Most samples of a pixel in a replicate: sums of more, which are integers of 64 bits, may not hold them.
+    pub const LONGEST_REPLICATE: u32 = 1 << 22;
+
     /// Deals `samples` per pixel, or the next larger number that can be dealt, into replicates of equal
     /// length.
     ///

@@ -5,12 +5,16 @@
 
 use super::meshes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
 use crate::shape::MeshData;
+use std::collections::HashMap;
 
 /// No index: the corner has no texture coordinates, or no normal.
 const NONE: u32 = u32::MAX;
 
+/// So many vertices with one position are looked through one by one.
+const FEW: usize = 32;
+
 /// One corner of a face: indices of position, texture coordinates and normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Corner {
     position: u32,
     uv: u32,
@@ -32,6 +36,8 @@ struct File {
     vertices: Vec<Vertex>,
     /// For each position, the vertex made last with it.
     latest: Vec<u32>,
+    /// The vertices with positions that more than [`FEW`] of them share, such as the tip of a cone.
+    crowded: HashMap<Corner, u32>,
     indices: Vec<[u32; 3]>,
     with_normal: bool,
     without_normal: bool,
@@ -122,13 +128,17 @@ impl File {
 
     /// The vertex with exactly these attributes, made where there is none yet.
     fn vertex(&mut self, corner: Corner) -> Result<u32, MeshError> {
-        let mut candidate = self.latest[corner.position as usize];
-        while candidate != NONE {
+        let (mut candidate, mut passed) = (self.latest[corner.position as usize], 0);
+        while candidate != NONE && passed < FEW {
             let vertex = self.vertices[candidate as usize];
             if vertex.corner == corner {
                 return Ok(candidate);
             }
-            candidate = vertex.previous;
+            (candidate, passed) = (vertex.previous, passed + 1);
+        }
+        let was_crowded = candidate != NONE;
+        if let Some(&known) = self.crowded.get(&corner).filter(|_| was_crowded) {
+            return Ok(known);
         }
         let made = u32::try_from(self.vertices.len()).ok().filter(|&made| made != NONE);
         let made =
@@ -136,6 +146,12 @@ impl File {
         let latest = &mut self.latest[corner.position as usize];
         self.vertices.push(Vertex { corner, previous: *latest });
         *latest = made;
+        if passed == FEW {
+            let previous = |&index: &u32| Some(self.vertices[index as usize].previous);
+            let all = std::iter::successors(Some(made), previous).take_while(|&index| index != NONE);
+            let new = all.take(if was_crowded { 1 } else { FEW + 1 });
+            self.crowded.extend(new.map(|index| (self.vertices[index as usize].corner, index)));
+        }
         Ok(made)
     }
 
@@ -210,6 +226,24 @@ mod tests {
 
     fn error(text: &str) -> String {
         format!("{:?}", read(text.as_bytes(), PLAIN).unwrap_err())
+    }
+
+    /// A vertex is made once, also where hundreds have one position: a cone's tip with texture coordinates.
+    #[test]
+    fn corners_that_are_the_same_are_one_vertex() {
+        let sides = 4 * FEW;
+        let mut text = "v 0 0 1\n".to_owned();
+        for side in 0..sides {
+            text += &format!("v {side} 1 0\nvt {side} 0\n");
+        }
+        // Each side twice: the second time nothing is new.
+        for side in (0..sides).chain(0..sides) {
+            let next = (side + 1) % sides;
+            text += &format!("f 1/{} {}/{} {}/{}\n", side + 1, side + 2, side + 1, next + 2, next + 1);
+        }
+        let mesh = read(text.as_bytes(), PLAIN).unwrap().mesh;
+        assert_eq!((mesh.positions.len(), mesh.indices.len()), (2 * sides, 2 * sides));
+        assert_eq!(mesh.indices[..sides], mesh.indices[sides..]);
     }
 
     #[test]

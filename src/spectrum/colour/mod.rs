@@ -11,7 +11,7 @@ mod white;
 pub use delta_e::{Lab, delta_e_2000};
 pub use observer::{MITSUBA_Y_INTEGRAL, Observer};
 pub(crate) use rgb::inverse;
-pub use rgb::{XYZ_TO_REC709, rec709_to_xyz, srgb_decode, srgb_encode, srgb_hex, xyz_to_rec709};
+pub use rgb::{RgbSpace, XYZ_TO_REC709, rec709_to_xyz, srgb_decode, srgb_encode, srgb_hex, xyz_to_rec709};
 pub use white::assumed_white;
 
 use std::ops::{Add, Div, Mul};

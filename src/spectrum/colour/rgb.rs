@@ -3,39 +3,57 @@
 
 use super::Xyz;
 
-/// Chromaticities of the BT.709 primaries red, green, blue (ITU-R BT.709-6, table 1).
-const PRIMARIES: [(f64, f64); 3] = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)];
+/// What linear red, green and blue stand for: chromaticities (x, y).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RgbSpace {
+    /// Of red, green and blue.
+    pub primaries: [(f64, f64); 3],
+    /// Of equal parts of all three.
+    pub white: (f64, f64),
+}
 
-/// Chromaticity of the BT.709 and sRGB white, D65 (ITU-R BT.709-6, table 1; IEC 61966-2-1).
-const WHITE: (f64, f64) = (0.3127, 0.3290);
+impl RgbSpace {
+    /// ITU-R BT.709-6, table 1, with D65; that of sRGB too (IEC 61966-2-1).
+    pub const REC709: Self =
+        Self { primaries: [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)], white: (0.3127, 0.3290) };
+
+    /// To XYZ with Y = 1 for white: the columns are the primaries, scaled so that they add up to white.
+    const fn to_xyz(self) -> Matrix {
+        let mut primaries = [[0.0; 3]; 3];
+        let mut i = 0;
+        while i < 3 {
+            let (x, y) = self.primaries[i];
+            primaries[0][i] = x / y;
+            primaries[1][i] = 1.0;
+            primaries[2][i] = (1.0 - x - y) / y;
+            i += 1;
+        }
+        let (x, y) = self.white;
+        let scale = product(&inverse(&primaries), [x / y, 1.0, (1.0 - x - y) / y]);
+        let mut row = 0;
+        while row < 3 {
+            let mut i = 0;
+            while i < 3 {
+                primaries[row][i] *= scale[i];
+                i += 1;
+            }
+            row += 1;
+        }
+        primaries
+    }
+
+    /// From its values to those of BT.709 for the same XYZ: white is not adapted. `None` where the primaries
+    /// span no colours.
+    pub fn to_rec709(self) -> Option<impl Fn([f64; 3]) -> [f64; 3]> {
+        let to_xyz = self.to_xyz();
+        let is_finite = to_xyz.iter().flatten().all(|value| value.is_finite());
+        is_finite.then_some(move |rgb| product(&XYZ_TO_REC709, product(&to_xyz, rgb)))
+    }
+}
 
 type Matrix = [[f64; 3]; 3];
 
-/// From linear BT.709 to XYZ with Y = 1 for white: the columns are the primaries, scaled so that they add up
-/// to white.
-const TO_XYZ: Matrix = {
-    let mut primaries = [[0.0; 3]; 3];
-    let mut i = 0;
-    while i < 3 {
-        let (x, y) = PRIMARIES[i];
-        primaries[0][i] = x / y;
-        primaries[1][i] = 1.0;
-        primaries[2][i] = (1.0 - x - y) / y;
-        i += 1;
-    }
-    let white = [WHITE.0 / WHITE.1, 1.0, (1.0 - WHITE.0 - WHITE.1) / WHITE.1];
-    let scale = product(&inverse(&primaries), white);
-    let mut row = 0;
-    while row < 3 {
-        let mut i = 0;
-        while i < 3 {
-            primaries[row][i] *= scale[i];
-            i += 1;
-        }
-        row += 1;
-    }
-    primaries
-};
+const TO_XYZ: Matrix = RgbSpace::REC709.to_xyz();
 
 /// From XYZ, with Y = 1 for white, to linear BT.709.
 pub const XYZ_TO_REC709: Matrix = inverse(&TO_XYZ);
