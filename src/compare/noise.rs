@@ -23,7 +23,7 @@ pub enum Noise {
 }
 
 /// One channel as one picture has it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Stored<'a> {
     values: &'a [f32],
     /// Standard error of each value.
@@ -34,6 +34,12 @@ pub(super) struct Stored<'a> {
     /// moderated by those of their neighbours are not independent, and what they have in common lends none.
     /// Infinite where the file does not say.
     degrees: [f64; 2],
+    /// Columns of the picture.
+    width: usize,
+    /// For each tile how many times the variance of independent pixels its mean has, and the degrees of
+    /// freedom of that. Empty where the file does not say.
+    tiles: Vec<f64>,
+    tile_degrees: f64,
     /// What the noise of pixels has in common: how many times the variance of independent pixels the mean
     /// over a tile has, and the mean over the picture. `None` where the file does not say.
     shared: [Option<f64>; 2],
@@ -198,7 +204,15 @@ impl<'a> Stored<'a> {
         let stated = picture.attribute("abbe.degreesOfFreedom").and_then(|text| text.parse().ok());
         let of_pixels = stated.filter(|&degrees: &f64| degrees > 0.0).or(of_means);
         let errors = picture.channel(&format!("error.{name}"));
+        let across = [picture.width, picture.height].map(|size| size.div_ceil(TILE));
+        let tiles = picture.tile_noises(name).filter(|tiles| tiles.len() == across[0] * across[1]);
+        let tile_degrees = replicates(picture).map_or(f64::INFINITY, |replicates| {
+            error_bars::degrees(across.map(|tiles| tiles as u32), replicates)
+        });
         Some(Self {
+            width: picture.width,
+            tiles: tiles.unwrap_or_default(),
+            tile_degrees,
             values: picture.channel(name)?,
             errors,
             shared: [picture.tile_noise(name), picture_noise(errors, picture.mean_error(name))],
@@ -226,7 +240,15 @@ impl<'a> Stored<'a> {
             degrees,
             ..independent
         };
+        let place = |pixel: usize| [pixel % self.width / TILE, pixel / self.width / TILE];
+        let tile = pixels.first().map(|&pixel| place(pixel));
+        let of_own = tile.and_then(|[x, y]| self.tiles.get(y * self.width.div_ceil(TILE) + x));
         Some(match (cell, of_tile, of_picture) {
+            (Cell::Tile, ..) if let Some(&times) = of_own => {
+                // In a part of a tile, pixels that err against one another need not meet.
+                let times = if pixels.len() < TILE * TILE { times.max(1.0) } else { times };
+                scaled(times, self.tile_degrees)
+            }
             (Cell::Tile, Some(times), _) => {
                 // In a part of a tile, pixels that err against one another need not meet.
                 let times = if pixels.len() < TILE * TILE { times.max(1.0) } else { times };

@@ -27,7 +27,7 @@ pub enum Quantity {
 pub const NOISE_TILE: u32 = 8;
 
 /// What the pixels that are shown have in common in their noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PictureNoise {
     /// The mean over all of them.
     pub mean: Measured,
@@ -35,6 +35,10 @@ pub struct PictureNoise {
     /// if its pixels were independent: 1 if they are, above where neighbours err alike. Pooled over all whole
     /// tiles; `None` where there is no such tile, or no noise.
     pub of_tiles: Option<f64>,
+    /// The variance of the sum over each tile, row by row, also of those that are smaller at the border.
+    pub tiles: Vec<f64>,
+    /// The same as nets tell them (see [`Film::nets`]); empty where there are none.
+    pub tiles_of_nets: Vec<f64>,
 }
 
 /// What [`Film::noise`] is made of, for several quantities at once and some rows at a time.
@@ -42,6 +46,7 @@ pub struct PictureNoise {
 pub struct NoiseSums {
     of_quantities: Vec<(Quantity, NoiseSum)>,
     replicates: u32,
+    nets: Option<u32>,
     /// Rows of tiles that are in it.
     tile_rows: u32,
 }
@@ -52,15 +57,22 @@ struct NoiseSum {
     /// The variances of the sums over whole tiles, and what they would be if pixels were independent.
     found: f64,
     independent: f64,
+    /// As in [`PictureNoise`].
+    tiles: Vec<f64>,
+    tiles_of_nets: Vec<f64>,
 }
 
 impl NoiseSums {
     /// Sums for some quantities of a film.
     pub fn new(film: &Film, quantities: impl IntoIterator<Item = Quantity>) -> Self {
         let replicates = film.replicates;
-        let empty =
-            |quantity| (quantity, NoiseSum { all: Sum::new(replicates), found: 0.0, independent: 0.0 });
-        Self { of_quantities: quantities.into_iter().map(empty).collect(), replicates, tile_rows: 0 }
+        let empty = |quantity| {
+            let (tiles, tiles_of_nets) = (Vec::new(), Vec::new());
+            let all = Sum::new(replicates);
+            (quantity, NoiseSum { all, found: 0.0, independent: 0.0, tiles, tiles_of_nets })
+        };
+        let of_quantities = quantities.into_iter().map(empty).collect();
+        Self { of_quantities, replicates, nets: film.nets(), tile_rows: 0 }
     }
 
     /// Adds the tiles that end before a row of what is shown, and are not in it yet. With the last row, all
@@ -81,18 +93,22 @@ impl NoiseSums {
                     noise.found += sum.variance(self.replicates);
                     noise.independent += sum.independent;
                 }
+                noise.tiles.push(sum.variance(self.replicates));
+                noise.tiles_of_nets.extend(self.nets.map(|nets| sum.variance(nets)));
                 noise.all.merge(sum);
             }
         }
     }
 
     /// For each quantity, in their order.
-    pub fn told(&self) -> Vec<PictureNoise> {
-        let told = |(_, noise): &(Quantity, NoiseSum)| PictureNoise {
+    pub fn told(self) -> Vec<PictureNoise> {
+        let told = |(_, noise): (Quantity, NoiseSum)| PictureNoise {
             mean: noise.all.mean(self.replicates),
             of_tiles: (noise.independent > 0.0).then(|| noise.found / noise.independent),
+            tiles: noise.tiles,
+            tiles_of_nets: noise.tiles_of_nets,
         };
-        self.of_quantities.iter().map(told).collect()
+        self.of_quantities.into_iter().map(told).collect()
     }
 }
 
@@ -159,10 +175,12 @@ impl Sum {
         }
     }
 
-    /// The variance of the sum.
-    fn variance(&self, replicates: u32) -> f64 {
-        let spread = self.deviations.iter().map(|deviation| deviation * deviation).sum();
-        if self.independent.is_finite() { variance(replicates, spread) } else { f64::INFINITY }
+    /// The variance of the sum, as so many equal runs of replicates tell it.
+    fn variance(&self, parts: u32) -> f64 {
+        let run = (self.deviations.len() / parts.max(1) as usize).max(1);
+        let of_run = |run: &[f64]| (run.iter().sum::<f64>() / run.len() as f64).powi(2);
+        let spread = self.deviations.chunks_exact(run).map(of_run).sum();
+        if self.independent.is_finite() { variance(parts, spread) } else { f64::INFINITY }
     }
 
     fn mean(&self, replicates: u32) -> Measured {
@@ -228,7 +246,7 @@ impl Film {
     pub fn noise(&self, quantity: Quantity) -> PictureNoise {
         let mut sums = NoiseSums::new(self, [quantity]);
         sums.add_up_to(self, self.extent.shown.size[1]);
-        sums.told()[0]
+        sums.told().remove(0)
     }
 
     /// A quantity, in the unit of its sums, from the sum of each channel.
@@ -422,7 +440,12 @@ mod tests {
         let single = film([8, 8], 1, |_, _, _| [2.0, 1.0]).noise(Y);
         assert_eq!(
             single,
-            PictureNoise { mean: Measured { mean: 2.0, error: f64::INFINITY }, of_tiles: None }
+            PictureNoise {
+                mean: Measured { mean: 2.0, error: f64::INFINITY },
+                of_tiles: None,
+                tiles: vec![f64::INFINITY],
+                tiles_of_nets: Vec::new(),
+            }
         );
     }
 }

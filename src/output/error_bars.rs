@@ -50,41 +50,55 @@ pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f6
 /// film.
 pub const SQUARE: u32 = 32;
 
-/// Pixels whose nets are taken to agree with their runs, beside those of a square: a few pixels tell little.
+/// So many pixels of a square, alike in the variance of their runs, are pooled: nets complete the runs of a
+/// smooth pixel far better than those of one on an edge.
+const ALIKE: usize = 64;
+
+/// Pixels whose nets are taken to agree with their runs, beside those of a square, and to be as those of the
+/// square, beside those that are pooled: a few pixels tell little.
 const PRIOR: f64 = 16.0;
 
 /// The same of replicates that are runs of nets, and so tell too large a variance: `of_nets` are the
-/// variances that the nets tell, which are right on average. Their ratio over a square of the film says by
-/// how much. `part` is where the pixels are on the whole film.
+/// variances that the nets tell, which are right on average. Their ratio over pixels of a square of the film
+/// that are alike says by how much. `part` is where the pixels are on the whole film.
 pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: Option<&[f64]>) -> Vec<f64> {
     let mut moderated = moderated(picture, part.size, variances);
     let Some(of_nets) = of_nets else { return moderated };
-    let square = |[x, y]: [u32; 2]| [x / SQUARE, y / SQUARE];
-    let mut sums: BTreeMap<[u32; 2], [f64; 2]> = BTreeMap::new();
-    for (index, pixel) in part.pixels().enumerate() {
+    let mut squares: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+    for (index, [x, y]) in part.pixels().enumerate() {
         let (scale, own, net) = (moderated[index], variances[index], of_nets[index]);
-        // Each pixel has one vote, however noisy it is.
-        if scale > 0.0 && scale.is_finite() && own.is_finite() && net.is_finite() {
-            let sum = sums.entry(square(pixel)).or_insert([PRIOR; 2]);
-            *sum = [sum[0] + net / scale, sum[1] + own / scale];
+        if scale > 0.0 && [scale, own, net].iter().all(|variance| variance.is_finite()) {
+            squares.entry([x / SQUARE, y / SQUARE]).or_default().push(index);
         }
     }
-    for (variance, pixel) in moderated.iter_mut().zip(part.pixels()) {
-        if let Some([nets, runs]) = sums.get(&square(pixel)) {
-            *variance *= nets / runs;
+    for mut pixels in squares.into_values() {
+        // Each pixel has one vote, however noisy it is.
+        let ratio = |pixels: &[usize], expected: f64| {
+            let sum = |of: &[f64]| pixels.iter().map(|&pixel| of[pixel] / moderated[pixel]).sum::<f64>();
+            (PRIOR * expected + sum(of_nets)) / (PRIOR + sum(variances))
+        };
+        let of_square = ratio(&pixels, 1.0);
+        pixels.sort_by(|&a, &b| moderated[a].total_cmp(&moderated[b]));
+        let alike = pixels.chunks(ALIKE);
+        let ratios: Vec<f64> = alike.clone().map(|pixels| ratio(pixels, of_square)).collect();
+        for (pixels, ratio) in alike.zip(ratios) {
+            pixels.iter().for_each(|&pixel| moderated[pixel] *= ratio);
         }
     }
     moderated
 }
 
-/// Degrees of freedom of such a variance from `replicates` each: those of Welch and Satterthwaite where
-/// neighbours are alike.
+/// By how much neighbours raise the degrees of freedom of a variance where they are alike: those of Welch and
+/// Satterthwaite.
+pub const LENT: f64 = 1.0 / (OWN * OWN + (1.0 - OWN) * (1.0 - OWN) / 8.0);
+
+/// Degrees of freedom of such a variance from `replicates` each.
 pub fn degrees(picture: [u32; 2], replicates: u32) -> f64 {
     let own = f64::from(replicates.saturating_sub(1));
     if !is_moderated(picture) {
         return own;
     }
-    own / (OWN * OWN + (1.0 - OWN) * (1.0 - OWN) / 8.0)
+    own * LENT
 }
 
 #[cfg(test)]

@@ -60,6 +60,15 @@ impl<'a> Bands<'a> {
         self.channels.iter().map(|(name, _)| name.as_str())
     }
 
+    /// The standard errors of each quantity in a row that was developed, by its number.
+    pub fn errors<'b>(&'b self, row: &'b [f32]) -> impl Iterator<Item = (usize, &'b [f32])> {
+        let width = self.picture.film.extent.shown.size[0] as usize;
+        self.channels.iter().zip(row.chunks_exact(width)).filter_map(|(&(_, source), values)| match source {
+            Source::Error(number) => Some((number, values)),
+            _ => None,
+        })
+    }
+
     /// The rows of the film, as counted in what is measured, that are developed together: those of squares of
     /// error bars, as far as they are shown.
     pub fn rows(&self) -> impl Iterator<Item = Range<u32>> + use<> {

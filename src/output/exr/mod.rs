@@ -10,6 +10,7 @@
 mod bands;
 mod reading;
 mod stored;
+mod tile_noise;
 mod writing;
 
 use super::{Content, Picture, error_bars};
@@ -21,6 +22,7 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
 pub use stored::Stored;
+use tile_noise::TileNoise;
 pub use writing::write;
 
 /// What the channels of light are, by name.
@@ -91,11 +93,13 @@ fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
-/// All that the file says of the picture. `noise` is that of each quantity.
+/// All that the file says of the picture. `noise` is that of each quantity, `tiles` what the file's errors
+/// make of it.
 fn attributes(
     picture: &Picture,
     quantities: &[(String, Quantity)],
     noise: &[PictureNoise],
+    tiles: &TileNoise,
 ) -> HashMap<Text, AttributeValue> {
     let text = |value: &str| AttributeValue::Text(utf8(value));
     let mut attributes: HashMap<Text, AttributeValue> =
@@ -104,14 +108,15 @@ fn attributes(
         let film = picture.film;
         let degrees = error_bars::degrees(film.extent.window.size, film.replicates);
         attributes.insert(Text::from("abbe.degreesOfFreedom"), text(&format!("{degrees:.2}")));
-        let (mut errors, mut of_tiles) = (Vec::new(), Vec::new());
-        for ((name, _), noise) in quantities.iter().zip(noise) {
+        let (mut errors, mut of_tiles, mut of_each) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, ((name, _), noise)) in quantities.iter().zip(noise).enumerate() {
+            of_each.push(format!("{name}={}", tiles.told(number, noise)));
             if noise.mean.error.is_finite() {
                 errors.push(stated(name, noise.mean.error));
             }
             of_tiles.extend(noise.of_tiles.map(|times| stated(name, times)));
         }
-        for (name, lines) in [(MEAN_ERROR, errors), (TILE_NOISE, of_tiles)] {
+        for (name, lines) in [(MEAN_ERROR, errors), (TILE_NOISE, of_tiles), (TILE_NOISES, of_each)] {
             if !lines.is_empty() {
                 attributes.insert(Text::from(name), text(&lines.join("\n")));
             }
@@ -132,6 +137,10 @@ const MEAN_ERROR: &str = "abbe.meanError";
 /// Attribute with the variance of the mean over a tile of 8 × 8 pixels over that of as many independent ones,
 /// of each channel.
 const TILE_NOISE: &str = "abbe.tileNoise";
+
+/// Attribute with the same of each single tile: a line for each channel, whose characters [`tile_noise`]
+/// explains.
+const TILE_NOISES: &str = "abbe.tileNoises";
 
 /// A line of an attribute that has one for each channel. A name may hold blanks.
 fn stated(name: &str, value: f64) -> String {

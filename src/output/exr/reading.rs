@@ -1,6 +1,6 @@
 //! Reading a whole EXR file.
 
-use super::{MEAN_ERROR, TILE_NOISE};
+use super::{MEAN_ERROR, TILE_NOISE, TILE_NOISES, tile_noise};
 use exr::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
@@ -40,6 +40,12 @@ impl Channels {
     /// [`NOISE_TILE`](crate::film::NOISE_TILE) × `NOISE_TILE` pixels has, where the file states it.
     pub fn tile_noise(&self, channel: &str) -> Option<f64> {
         self.of_channel(TILE_NOISE, channel)
+    }
+
+    /// The same of each tile, row by row.
+    pub fn tile_noises(&self, channel: &str) -> Option<Vec<f64>> {
+        let prefix = format!("{channel}=");
+        self.attribute(TILE_NOISES)?.lines().find_map(|line| line.strip_prefix(&prefix)).map(tile_noise::read)
     }
 
     /// The number, finite and not negative, that an attribute has for a channel.

@@ -1,6 +1,7 @@
 //! Writing the file, some rows at a time.
 
 use super::bands::Bands;
+use super::tile_noise::TileNoise;
 use super::{ENCODING, attributes, sort_attributes, utf8};
 use crate::film::{Extent, NoiseSums};
 use crate::output::{Content, Picture, folder_of, write_through};
@@ -32,13 +33,17 @@ pub fn write(path: &Path, picture: &Picture) -> Result<()> {
     let mut noise = NoiseSums::new(picture.film, bands.quantities.iter().map(|(_, quantity)| *quantity));
     let shown = picture.film.extent.shown;
     let first = shown.offset[1] - picture.film.extent.measured.offset[1];
+    let mut tiles = TileNoise::new(shown.size, bands.quantities.len());
     let mut blocks = Blocks { header: &header, rows: VecDeque::new(), next: 0 };
     for rows in bands.rows() {
         if picture.has_errors() {
             noise.add_up_to(picture.film, rows.end - first);
         }
         let is_last = rows.end - first == shown.size[1];
-        blocks.rows.extend(bands.develop(rows));
+        for row in bands.develop(rows) {
+            tiles.add(bands.errors(&row));
+            blocks.rows.push_back(row);
+        }
         for chunk in blocks.compressed(is_last)? {
             let mut bytes = Vec::new();
             chunk.write(&mut bytes, 1).map_err(failed)?;
@@ -46,7 +51,7 @@ pub fn write(path: &Path, picture: &Picture) -> Result<()> {
             aside.write_all(&bytes)?;
         }
     }
-    header.own_attributes.other = attributes(picture, &bands.quantities, &noise.told());
+    header.own_attributes.other = attributes(picture, &bands.quantities, &noise.told(), &tiles);
     let mut aside = aside.into_inner()?;
     aside.rewind()?;
     write_through(path, |file| {
