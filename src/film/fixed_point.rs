@@ -29,9 +29,9 @@ impl FixedPoint {
         Self { quantum, per_quantum: 1.0 / quantum }
     }
 
-    /// For the squares of such contributions.
+    /// For the squares of such contributions, of which large ones are larger yet.
     pub(super) fn squared(self) -> Self {
-        let quantum = self.quantum * self.quantum * (1u64 << 40) as f64;
+        let quantum = self.quantum * self.quantum * (1u64 << 48) as f64;
         Self { quantum, per_quantum: 1.0 / quantum }
     }
 

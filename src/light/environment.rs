@@ -18,6 +18,9 @@ pub enum Environment {
     Sky(Box<Sky>),
 }
 
+/// Strata, along each side of the unit square, of the directions that tell how even an environment is.
+const STRATA: usize = 64;
+
 impl Environment {
     /// Spectral radiance that comes from a direction (a unit vector toward the sky), W·m⁻²·sr⁻¹·nm⁻¹.
     pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
@@ -90,14 +93,24 @@ impl Environment {
     /// everywhere, and the larger the smaller the part of the sphere is that most of it comes from.
     /// Estimated by directions that follow the brightness.
     pub fn unevenness(&self) -> f64 {
-        const STRATA: usize = 64;
         if !self.is_sampled() {
             return 1.0;
         }
+        self.densities().sum::<f64>() / (STRATA * STRATA) as f64
+    }
+
+    /// About the greatest brightness over the mean, of all but spots from which next to no light comes.
+    pub fn peak(&self) -> f64 {
+        if !self.is_sampled() {
+            return 1.0;
+        }
+        self.densities().fold(1.0, f64::max)
+    }
+
+    /// Densities over that of even light, of directions that follow the brightness.
+    fn densities(&self) -> impl Iterator<Item = f64> {
         let place = |i: usize| [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
-        let densities =
-            (0..STRATA * STRATA).filter_map(|i| self.sample(place(i))).map(|(_, density)| density);
-        4.0 * PI * densities.sum::<f64>() / (STRATA * STRATA) as f64
+        (0..STRATA * STRATA).filter_map(move |i| self.sample(place(i))).map(|(_, density)| 4.0 * PI * density)
     }
 
     /// Mean radiance over the sphere, above 0 at every wavelength at which there is any.

@@ -88,6 +88,25 @@ pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: O
     moderated
 }
 
+/// How much of the variance that runs of nets tell of a mean over a picture is right, going by the variances
+/// of sums over its tiles: as runs tell them, and as nets do. Nets complete a mean over all tiles no worse
+/// than one over a tile. 1 where there are no nets.
+pub fn share_of_mean(runs: &[f64], of_nets: &[f64]) -> f64 {
+    /// Tiles whose nets are taken to agree with their runs: where few tiles have all the noise, these tell
+    /// little.
+    const PRIOR: f64 = 4.0;
+    let known = || runs.iter().zip(of_nets).filter(|(run, net)| run.is_finite() && net.is_finite());
+    let (mut sum, mut squares, mut nets) = (0.0, 0.0, 0.0);
+    for (run, net) in known() {
+        (sum, squares, nets) = (sum + run, squares + run * run, nets + net);
+    }
+    let tiles = sum * sum / squares;
+    match tiles.is_finite() {
+        true => (PRIOR + tiles * nets / sum) / (PRIOR + tiles),
+        false => 1.0,
+    }
+}
+
 /// By how much neighbours raise the degrees of freedom of a variance where they are alike: those of Welch and
 /// Satterthwaite.
 pub const LENT: f64 = 1.0 / (OWN * OWN + (1.0 - OWN) * (1.0 - OWN) / 8.0);
@@ -115,6 +134,17 @@ mod tests {
         let left = 4.0 * (16.0 + 256.0) / (16.0 + 512.0);
         assert!((found[0] - left).abs() < 1e-12 && (found[31] - 4.0).abs() < 1e-12, "{found:?}");
         assert_eq!(calibrated([64, 32], part, &runs, None), runs);
+    }
+
+    #[test]
+    fn a_mean_is_as_certain_as_its_tiles_say() {
+        let (runs, nets) = ([2.0; 36], [0.5; 36]);
+        assert_eq!(share_of_mean(&runs, &nets), (4.0 + 36.0 / 4.0) / 40.0);
+        // One tile has all the noise.
+        let (mut runs, mut nets) = ([1e-9; 36], [1e-9; 36]);
+        (runs[3], nets[3]) = (1.0, 1e-3);
+        assert!((share_of_mean(&runs, &nets) - 0.8).abs() < 1e-3);
+        assert_eq!([share_of_mean(&runs, &[]), share_of_mean(&[0.0; 4], &[0.0; 4])], [1.0; 2]);
     }
 
     #[test]

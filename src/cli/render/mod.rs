@@ -78,7 +78,7 @@ pub struct Args {
     #[arg(long, requires = "stats")]
     json: bool,
 
-    /// Print nothing but errors
+    /// Print nothing but errors, and what the picture lacks
     #[arg(short, long)]
     quiet: bool,
 }
@@ -252,6 +252,7 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
         if !args.quiet {
             report::print(path, places.png.as_deref(), film, before, seconds);
         }
+        report::warn_of_bad_values(film.bad);
     }
     kept_all?;
     if let Some(report) = statistics {

@@ -3,7 +3,7 @@
 use super::super::print_message;
 use super::super::progress::percent;
 use super::Args;
-use abbe::film::{Film, Region};
+use abbe::film::{BadValues, Film, Region};
 use abbe::output::target::{ErrorMeasure, Target};
 use abbe::render::Settings;
 use abbe::scene::Scene;
@@ -132,7 +132,10 @@ pub(super) fn print(path: &Path, png: Option<&Path>, film: &Film, before: u64, s
         done as f64 / pixels as f64,
         film.replicates,
     ));
-    let bad = film.bad;
+}
+
+/// Says what the picture lacks, also where little else is printed: it is darker for it.
+pub(super) fn warn_of_bad_values(bad: BadValues) {
     if bad.total() > 0 {
         print_message(&format!(
             "warning: left out {} values: {} not a number, {} infinite, {} negative, {} too large",

@@ -111,8 +111,10 @@ fn attributes(
         let (mut errors, mut of_tiles, mut of_each) = (Vec::new(), Vec::new(), Vec::new());
         for (number, ((name, _), noise)) in quantities.iter().zip(noise).enumerate() {
             of_each.push(format!("{name}={}", tiles.told(number, noise)));
-            if noise.mean.error.is_finite() {
-                errors.push(stated(name, noise.mean.error));
+            let share = error_bars::share_of_mean(&noise.tiles, &noise.tiles_of_nets);
+            let error = noise.mean.error * share.sqrt();
+            if error.is_finite() {
+                errors.push(stated(name, error));
             }
             of_tiles.extend(noise.of_tiles.map(|times| stated(name, times)));
         }

@@ -2,7 +2,8 @@
 
 use super::Compiler;
 use super::spectra;
-use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
+use crate::accel::Accel;
+use crate::geometry::{Bounds, Motion, Placed, Ray, Transform, Vec3};
 use crate::light::sky::{self, Sky, SkySettings};
 use crate::light::{AreaGeometry, Environment, EnvironmentMap, Light, Lights, Projector, Spot, Texel};
 use crate::medium;
@@ -17,7 +18,7 @@ use crate::texture::Texture;
 use glam::{DMat3, DMat4};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 impl Compiler<'_> {
     /// `carried`: where the shape is carried to, if it moves.
@@ -192,27 +193,42 @@ impl Compiler<'_> {
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
-    /// Order of magnitude of the largest value that the camera can see: of luminance, or of the mean over a
-    /// response or over the wavelengths.
+    /// The value whose order of magnitude the film's sums are made for: the brightest of what the camera can
+    /// see, in luminance, or in the mean over a response or over the wavelengths. What is brighter than 2²²
+    /// times that does not fit; what is darker than 2⁻⁴⁰ times that is rounded at random. `accel` says what
+    /// lights without extent may be near.
     pub(super) fn reference(
         &self,
         film: &FilmPlan,
         lights: &Lights,
         media: &[&medium::Emission],
         scene_radius: f64,
+        accel: &Accel,
+        time: f64,
     ) -> f64 {
+        /// Spots that are so many times as bright as the whole fit beside it.
+        const HEAD: f64 = 256.0;
+        /// Rays for all lights without extent.
+        const MOST_RAYS: usize = 1 << 20;
+        /// A path's wavelength may bring all of its light to one of many bins.
+        const BINS: f64 = 64.0;
         let luminance = |spectrum: &Spectrum| {
             let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
             let responses = film.channels.iter().map(|channel| {
                 self.product(spectrum, &channel.response).integral(self.options.range) / channel.integral
             });
             // Few wavelengths hold little luminance, while their bins measure no less.
-            let in_bins = spectrum.integral(self.options.range) / self.options.range.width();
+            let in_bins = BINS * spectrum.integral(self.options.range) / self.options.range.width();
             responses.fold(if self.options.spectral { y.max(in_bins) } else { y }, f64::max)
         };
         // A floor may reach far, and what a light shines upon be near it.
-        let near = scene_radius / 64.0;
-        let area = 4.0 * PI * (near * near).max(f64::MIN_POSITIVE);
+        let far = scene_radius / 64.0;
+        let is_point = |light: &&Light| !matches!(light, Light::Area { .. } | Light::Directional { .. });
+        let rays = (MOST_RAYS / lights.iter().filter(is_point).count().max(1)).clamp(1, 256) as u32;
+        let area = |position: Vec3| {
+            let near = nearest(accel, position, time, rays).clamp(far / 4096.0, far);
+            4.0 * PI * (near * near).max(f64::MIN_POSITIVE)
+        };
         // There may be very many lights, and few that differ in their spectra.
         let mut known = HashMap::new();
         let mut luminance_of = |spectrum: &Spectrum| match spectrum.identity() {
@@ -222,12 +238,21 @@ impl Compiler<'_> {
         let seen = lights.iter().map(|light| {
             luminance_of(light.spectrum())
                 * match light {
-                    Light::Area { .. } => 1.0,
-                    Light::Point { .. } | Light::Spot(_) | Light::Projector(_) => 1.0 / area,
+                    Light::Area { radiance: Texture::Uniform(_), .. } => 1.0,
+                    Light::Area { radiance, mean, .. } => {
+                        let range = self.options.range;
+                        let peak = radiance.max_bound(range) / mean.bounds(range).1;
+                        if peak.is_finite() { (peak / HEAD).max(1.0) } else { 1.0 }
+                    }
+                    Light::Point { position, .. } => 1.0 / area(*position),
+                    Light::Spot(spot) => 1.0 / area(spot.position),
+                    Light::Projector(projector) => 1.0 / area(projector.position),
                     Light::Directional { .. } => 1.0 / PI,
                 }
         });
-        let around = lights.environment().map(|environment| luminance(environment.mean()));
+        let around = lights
+            .environment()
+            .map(|environment| luminance(environment.mean()) * (environment.peak() / HEAD).max(1.0));
         let depth = depth_of_media(scene_radius);
         let between = media.iter().map(|emission| luminance(&emission.typical(self.options.range, depth)));
         seen.chain(around).chain(between).fold(0.0, f64::max)
@@ -294,4 +319,18 @@ pub(super) fn places(lights: &[Light]) -> Bounds {
 /// The same for light from all around.
 fn surroundings(environment: &Environment, scene_radius: f64) -> (&Spectrum, f64) {
     (environment.mean(), PI * 4.0 * PI * scene_radius * scene_radius)
+}
+
+/// About how far the nearest surface is from a place, by so many rays in directions that are spread evenly (a
+/// Fibonacci lattice on the sphere).
+fn nearest(accel: &Accel, place: Vec3, time: f64, rays: u32) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let distance = |i: u32| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(rays);
+        let (sin, cos) = (TAU * (f64::from(i) * GOLDEN).fract()).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        let ray = Ray::new(place, Vec3::new(across * cos, across * sin, z));
+        accel.closest(&ray, time).map_or(f64::INFINITY, |hit| hit.t)
+    };
+    (0..rays).map(distance).fold(f64::INFINITY, f64::min)
 }

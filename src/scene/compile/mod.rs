@@ -308,7 +308,9 @@ impl Compiler<'_> {
             light_tracing.as_ref().is_some_and(|tracing| tracing.visible_lamps.is_some());
         let reference_radiance = match integrator {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
-            Integrator::Path | Integrator::Walk => self.reference(&film, &lights, &emitting, scene_radius),
+            Integrator::Path | Integrator::Walk => {
+                self.reference(&film, &lights, &emitting, scene_radius, &accel, shutter.time(0.5))
+            }
         };
         let warnings = match integrator {
             Integrator::Depth => Vec::new(),
