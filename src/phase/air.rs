@@ -59,12 +59,7 @@ fn isotropic_fraction(nm: f64) -> f64 {
 /// None over a range of wavelengths that has a width.
 pub fn optics(range: WavelengthRange) -> Result<(Spectrum, Phase), SpectrumError> {
     const STEP: f64 = 2.0;
-    let steps = (range.width() / STEP).ceil().max(1.0) as usize;
-    let table = |of: &dyn Fn(f64) -> f64| {
-        let at = |i| of(range.min + range.width() * i as f64 / steps as f64);
-        let values: Vec<f64> = (0..=steps).map(at).collect();
-        Spectrum::regular(range.min, range.max, &values, Extrapolation::Hold)
-    };
+    let table = |at: &dyn Fn(f64) -> f64| Spectrum::tabulated(range, STEP, &[], Extrapolation::Hold, at);
     let parts = vec![
         (table(&isotropic_fraction)?, Phase::Isotropic),
         (table(&|nm| 1.0 - isotropic_fraction(nm))?, Phase::Rayleigh),

@@ -17,6 +17,7 @@ mod sampled;
 mod sampled_lanes;
 mod table;
 pub mod table_file;
+mod tabulated;
 pub mod text;
 mod upsampling;
 mod wavelengths;

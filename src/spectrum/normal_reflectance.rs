@@ -179,6 +179,11 @@ impl NormalReflectance {
         Self { reflectance, index: None, slab: true }.checked(range)
     }
 
+    /// The spectra that n and k follow from.
+    pub fn measured(&self) -> Vec<&Spectrum> {
+        std::iter::once(&self.reflectance).chain(&self.index).collect()
+    }
+
     /// n and k at one wavelength (nm).
     pub fn at(&self, nm: f64) -> (f64, f64) {
         let reflectance = self.front_face(self.reflectance.at(nm));

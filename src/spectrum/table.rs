@@ -165,7 +165,9 @@ impl Uniform {
         let steps = std::iter::once(least_gap).chain(COMMON_STEPS);
         let cells = steps.map(|step| (known.width() / step).round()).find(|&cells| {
             let rounding = 4.0 * f64::EPSILON * known.max;
-            (1.0..LARGEST_GRID as f64).contains(&cells)
+            // Nodes as close as that would be one.
+            least_gap > 2.0 * rounding
+                && (1.0..LARGEST_GRID as f64).contains(&cells)
                 && table.nodes.iter().all(|&nm| {
                     let cell = ((nm - known.min) * (cells / known.width())).round();
                     (known.min + known.width() * (cell / cells) - nm).abs() <= rounding

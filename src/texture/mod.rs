@@ -191,7 +191,7 @@ impl Texture {
             Self::Bitmap(bitmap) => bitmap.mean_spectrum(),
             Self::Checkerboard(board) => {
                 let [a, b] = [0, 1].map(|i| board.colours[i].mean_spectrum(range));
-                tabulated(range, &a, |nm| 0.5 * (a.at(nm) + b.at(nm)))
+                tabulated(range, &[&a, &b], |nm| 0.5 * (a.at(nm) + b.at(nm)))
             }
             // Known only to the meshes.
             Self::Attribute(attribute) => Spectrum::Constant(0.5 * attribute.scale),
@@ -203,7 +203,7 @@ impl Texture {
             Self::Procedural(procedural) => procedural.mean_spectrum(range),
             Self::Filtered { texture, by } => {
                 let within = texture.mean_spectrum(range);
-                tabulated(range, by, |nm| within.at(nm) * by.at(nm))
+                tabulated(range, &[by, &within], |nm| within.at(nm) * by.at(nm))
             }
         }
     }
@@ -290,10 +290,7 @@ fn scalar(spectrum: &Spectrum) -> f64 {
     }
 }
 
-/// A function as a table over a range; `like` where the range is empty.
-fn tabulated(range: WavelengthRange, like: &Spectrum, at: impl Fn(f64) -> f64) -> Spectrum {
-    let steps = range.width().ceil().max(1.0) as usize;
-    let values: Vec<f64> =
-        (0..=steps).map(|i| at(range.min + range.width() * i as f64 / steps as f64)).collect();
-    Spectrum::regular(range.min, range.max, &values, Extrapolation::Zero).unwrap_or_else(|_| like.clone())
+/// A function of spectra as a table over a range; the first of them where the range is empty.
+fn tabulated(range: WavelengthRange, of: &[&Spectrum], at: impl Fn(f64) -> f64) -> Spectrum {
+    Spectrum::tabulated(range, 1.0, of, Extrapolation::Zero, at).unwrap_or_else(|_| of[0].clone())
 }

@@ -137,7 +137,7 @@ impl Procedural {
             }
         }
         let means: Vec<Spectrum> = self.colours.iter().map(|colour| colour.mean_spectrum(range)).collect();
-        super::tabulated(range, &means[0], |nm| {
+        super::tabulated(range, &means.iter().collect::<Vec<_>>(), |nm| {
             means.iter().zip(&fractions).map(|(mean, fraction)| mean.at(nm) * fraction).sum()
         })
     }

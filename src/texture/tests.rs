@@ -273,3 +273,28 @@ fn patterns_keep_to_their_colours() {
         }
     }
 }
+
+/// Two lines between whole nanometres.
+#[test]
+fn means_keep_narrow_lines() {
+    let range = WavelengthRange::VISIBLE;
+    let line = |nm: f64, peak| {
+        Spectrum::irregular(&[nm - 0.4, nm, nm + 0.4], &[0.0, peak, 0.0], Extrapolation::Zero).unwrap()
+    };
+    let (yellow, violet) = (line(589.5, 100.0), line(404.5, 20.0));
+    let colours = || [&yellow, &violet].map(|line| Texture::Uniform(line.clone()));
+    let board =
+        || Texture::Checkerboard(Box::new(Checkerboard { colours: colours(), to_uv: UvTransform::IDENTITY }));
+    let bands = Texture::Procedural(Box::new(procedural(Pattern::Bands, PLAIN, colours().into(), true)));
+    let halved = Texture::Filtered { texture: Box::new(board()), by: Spectrum::Constant(0.5) };
+    let of_one = |texture: &Texture, nm: f64| {
+        texture.mean_spectrum(range).integral(WavelengthRange { min: nm - 1.0, max: nm + 1.0 })
+    };
+    for (texture, share, tolerance) in [(board(), 0.5, 1e-9), (halved, 0.25, 1e-9), (bands, 0.5, 0.1)] {
+        for (nm, line) in [(589.5, &yellow), (404.5, &violet)] {
+            let (found, exact) = (of_one(&texture, nm), share * line.integral(range));
+            assert!((found / exact - 1.0).abs() <= tolerance, "{texture:?}: {found}, not {exact}");
+            assert!(texture.mean_spectrum(range).at(nm) > 0.0, "{texture:?} at {nm} nm");
+        }
+    }
+}

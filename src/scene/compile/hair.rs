@@ -39,7 +39,7 @@ pub(super) fn compiled(
     let absorption = match absorption {
         FibreAbsorption::Pigments { eumelanin, pheomelanin } => {
             let at = |nm: f64| eumelanin * pigment(EUMELANIN, nm) + pheomelanin * pigment(PHEOMELANIN, nm);
-            Texture::Uniform(tabulated(range, place, &at)?)
+            Texture::Uniform(tabulated(range, place, &[], &at)?)
         }
         FibreAbsorption::Coefficient(source) => spectra::texture(source, shift)?,
     };

@@ -151,7 +151,7 @@ impl MaterialCompiler {
             all if all > 0.0 => (scattered(nm) / all).min(1.0),
             _ => 0.0,
         };
-        let table = |of: &dyn Fn(f64) -> f64| tabulated(self.range, place, of);
+        let table = |of: &dyn Fn(f64) -> f64| tabulated(self.range, place, &[absorption], of);
         let uniform = Uniform {
             extinction: table(&extinction)?,
             scattering: Some(Scattering {
@@ -219,17 +219,16 @@ impl MaterialCompiler {
     }
 }
 
-/// A function as a table that is fine enough for what changes slowly with the wavelength.
+/// A function as a table that is fine enough for spectra from a file, and for what changes slowly with the
+/// wavelength.
 pub(super) fn tabulated(
     range: WavelengthRange,
     place: &Place,
-    of: &dyn Fn(f64) -> f64,
+    of: &[&Spectrum],
+    at: &dyn Fn(f64) -> f64,
 ) -> Result<Spectrum, SceneError> {
     const STEP: f64 = 1.0;
-    let steps = (range.width() / STEP).ceil().max(1.0) as usize;
-    let at = |i| of(range.min + range.width() * i as f64 / steps as f64);
-    let values: Vec<f64> = (0..=steps).map(at).collect();
-    Spectrum::regular(range.min, range.max, &values, Extrapolation::Hold)
+    Spectrum::tabulated(range, STEP, of, Extrapolation::Hold, at)
         .map_err(|error| SceneError::at(place, error.to_string(), "finite coefficients"))
 }
 
@@ -248,4 +247,36 @@ fn grid(texture: Texture, place: &Place) -> Result<GridExtinction, SceneError> {
 
 fn no_grid(place: &Place) -> SceneError {
     SceneError::at(place, "what varies here is no grid", "a number, a spectrum or a `gridvolume`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Transform;
+    use crate::scene::fixture::PLACE;
+
+    /// Air that absorbs from 589.2 to 589.8 nm, and in a line on whose flanks absorption and scattering are
+    /// alike somewhere.
+    #[test]
+    fn a_suspension_absorbs_between_steps() {
+        let compiler = MaterialCompiler::new(WavelengthRange::VISIBLE, Transform::IDENTITY);
+        let air = description::Phase { place: PLACE, kind: PhaseKind::Air { amount: 1e4 } };
+        let scattered = compiler.air(&PLACE).unwrap().0.scaled(1e4);
+        let absorptions = [
+            Spectrum::irregular(&[589.2, 589.8], &[1.0, 1.0], Extrapolation::Zero),
+            Spectrum::irregular(&[589.2, 589.5, 589.8], &[0.0, 3.0, 0.0], Extrapolation::Zero),
+        ];
+        for absorption in absorptions.map(Result::unwrap) {
+            let Uniform { extinction, scattering } =
+                compiler.suspension(&PLACE, std::slice::from_ref(&air), &absorption, 1.0).unwrap();
+            let albedo = scattering.unwrap().albedo;
+            let albedo = albedo.uniform().unwrap();
+            for nm in [589.1, 589.19, 589.21, 589.3, 589.5, 589.7, 589.79, 589.81] {
+                let exact = absorption.at(nm) + scattered.at(nm);
+                assert!((extinction.at(nm) / exact - 1.0).abs() < 1e-6, "{nm} nm: {}", extinction.at(nm));
+                let [found, exact] = [albedo.at(nm) * extinction.at(nm), scattered.at(nm)];
+                assert!((found / exact - 1.0).abs() < 0.01, "{nm} nm: scatters {found}, not {exact}");
+            }
+        }
+    }
 }

@@ -178,8 +178,9 @@ fn colour(place: &Place, rgb: [f64; 3], role: RgbRole) -> Result<Spectrum, Scene
 /// A function times a table, as a table of the same extent, so fine that it makes no difference.
 fn product(function: &Spectrum, table: &Spectrum) -> Spectrum {
     let Some(range) = table.domain() else { return function.clone() };
-    let values: Vec<f64> = steps(range).iter().map(|&nm| function.at(nm) * table.at(nm)).collect();
-    Spectrum::regular(range.min, range.max, &values, Extrapolation::Zero).unwrap_or_else(|_| function.clone())
+    let at = |nm: f64| function.at(nm) * table.at(nm);
+    Spectrum::tabulated(range, STEP, &[function, table], Extrapolation::Zero, at)
+        .unwrap_or_else(|_| function.clone())
 }
 
 /// D65 as Mitsuba 3 scales it.
@@ -197,9 +198,7 @@ fn thermal(kelvin: f64, range: WavelengthRange) -> Result<Spectrum, SpectrumErro
     if range.min >= range.max {
         return Ok(Spectrum::ZERO);
     }
-    let nm = steps(range);
-    let values: Vec<f64> = nm.iter().map(|&nm| whole.at(nm)).collect();
-    Spectrum::regular(range.min, range.max, &values, Extrapolation::Zero)
+    Spectrum::tabulated(range, STEP, &[], Extrapolation::Zero, |nm| whole.at(nm))
 }
 
 /// A refractive index over the range.
@@ -232,22 +231,18 @@ pub(in crate::scene) fn index(source: &IndexSource, range: WavelengthRange) -> R
     }
 }
 
-/// Equal steps over a range, so fine that to interpolate what was computed there makes no difference to a
-/// render.
-fn steps(range: WavelengthRange) -> Vec<f64> {
-    const STEP_NM: f64 = 0.5;
-    let steps = (range.width() / STEP_NM).ceil().max(1.0) as usize;
-    (0..=steps).map(|i| range.min + range.width() * i as f64 / steps as f64).collect()
-}
+/// Steps (nm) so fine that to interpolate what was computed there makes no difference to a render.
+const STEP: f64 = 0.5;
 
 /// n and k as tables over the range.
 pub(super) fn complex_index(
     optics: &NormalReflectance,
     range: WavelengthRange,
 ) -> Result<(Spectrum, Spectrum), SpectrumError> {
-    let (n, k): (Vec<f64>, Vec<f64>) = steps(range).iter().map(|&nm| optics.at(nm)).unzip();
-    let table = |values: &[f64]| Spectrum::regular(range.min, range.max, values, Extrapolation::Hold);
-    Ok((table(&n)?, table(&k)?))
+    let measured = optics.measured();
+    let table =
+        |at: &dyn Fn(f64) -> f64| Spectrum::tabulated(range, STEP, &measured, Extrapolation::Hold, at);
+    Ok((table(&|nm| optics.at(nm).0)?, table(&|nm| optics.at(nm).1)?))
 }
 
 /// What Mitsuba 3 divides the CIE's table of D65 by.
@@ -270,6 +265,36 @@ mod tests {
     use crate::scene::fixture::PLACE;
     use crate::texture::{Filter, TexturePoint, Wrap};
     use std::sync::Arc;
+
+    fn table(nm: &[f64], values: &[f64]) -> SpectrumSource {
+        let kind = SpectrumKind::Irregular { nm: nm.to_vec(), values: values.to_vec(), file: None };
+        SpectrumSource { place: PLACE, kind, scale: 1.0 }
+    }
+
+    /// A line of the trapezoid 589.1, 589.2, 589.3, 589.4 nm and height 300 under D65, which is linear there.
+    #[test]
+    fn a_line_between_steps_is_lit_by_daylight() {
+        let line = table(&[589.1, 589.2, 589.3, 589.4], &[0.0, 300.0, 300.0, 0.0]);
+        let kind = SpectrumKind::Daylit(Arc::new(line));
+        let daylit = SpectrumSource { place: PLACE, kind, scale: 1.0 };
+        let found = spectrum(&daylit).unwrap().integral(WavelengthRange::VISIBLE);
+        let exact = 60.0 * d65(&PLACE).unwrap().at(589.25);
+        assert!((found / exact - 1.0).abs() < 1e-6, "{found}, not {exact}");
+    }
+
+    #[test]
+    fn a_metal_has_what_its_reflectance_has_between_steps() {
+        let nm = [400.0, 589.1, 589.2, 589.3, 700.0];
+        let measured = Spectrum::irregular(&nm, &[0.5, 0.5, 0.9, 0.5, 0.5], Extrapolation::Hold).unwrap();
+        let range = WavelengthRange::VISIBLE;
+        let optics = NormalReflectance::conductor(measured, Spectrum::ONE, range).unwrap();
+        let (n, k) = complex_index(&optics, range).unwrap();
+        for nm in [589.1, 589.17, 589.2, 589.24] {
+            let (exact_n, exact_k) = optics.at(nm);
+            assert!((k.at(nm) / exact_k - 1.0).abs() < 2e-3, "{nm} nm: {}, not {exact_k}", k.at(nm));
+            assert_eq!(n.at(nm), exact_n, "{nm} nm");
+        }
+    }
 
     /// Mitsuba 3.9.1, `scalar_rgb`: a mask with an 8-bit image of (200, 100, 50) as its opacity lets 0.783725
     /// through, 0.538593 where the image is raw.

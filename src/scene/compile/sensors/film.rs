@@ -125,14 +125,8 @@ impl Compiler<'_> {
 
     /// The product of two spectra, good enough to choose wavelengths by.
     pub(in crate::scene::compile) fn product(&self, a: &Spectrum, b: &Spectrum) -> Spectrum {
-        let range = self.options.range;
-        let steps = range.width().ceil().max(1.0) as usize;
-        let grid = (0..=steps).map(|i| range.min + range.width() * i as f64 / steps as f64);
-        let mut nm: Vec<f64> =
-            grid.chain(a.nodes()).chain(b.nodes()).filter(|nm| range.contains(*nm)).collect();
-        nm.sort_by(f64::total_cmp);
-        nm.dedup();
-        let values: Vec<f64> = nm.iter().map(|&nm| a.at(nm) * b.at(nm)).collect();
-        Spectrum::irregular(&nm, &values, Extrapolation::Zero).unwrap_or(Spectrum::ONE)
+        let at = |nm: f64| a.at(nm) * b.at(nm);
+        Spectrum::tabulated(self.options.range, 1.0, &[a, b], Extrapolation::Zero, at)
+            .unwrap_or(Spectrum::ONE)
     }
 }
