@@ -5,7 +5,7 @@ use crate::integrator::Estimator;
 use crate::output::exr::Channels;
 use crate::output::{Colour, Content, Picture};
 use crate::render::{Progress, Schedule, Settings, WavelengthCount, render};
-use crate::sampling::{SamplerKind, mix};
+use crate::sampling::{SamplerKind, digest};
 use crate::spectrum::colour::rec709_to_xyz;
 use std::path::Path;
 
@@ -90,7 +90,7 @@ impl Reference {
 
     /// Hash of its values.
     pub fn hash(&self) -> u64 {
-        self.y.iter().fold(mix(self.width as u64), |hash, y| mix(hash ^ y.to_bits()))
+        digest(std::iter::once(self.width as u64).chain(self.y.iter().map(|y| y.to_bits())))
     }
 
     /// relMSE of an image, the reference's part subtracted.

@@ -1,6 +1,7 @@
 use super::super::Description;
 use super::super::write::{self, Node, Value};
 use crate::geometry::Transform;
+use crate::sampling::digest;
 use crate::shape::{ControlNet, ControlPoint, MeshAttribute, MeshData};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -27,11 +28,11 @@ impl Hasher {
             words.push(text(property.name.as_deref().unwrap_or("")));
             words.push(self.value(&property.value));
         }
-        fnv1a(words.into_iter())
+        digest(words.into_iter())
     }
 
     fn value(&mut self, value: &Value) -> u64 {
-        let tagged = |tag: u64, words: &[u64]| fnv1a(std::iter::once(tag).chain(words.iter().copied()));
+        let tagged = |tag: u64, words: &[u64]| digest(std::iter::once(tag).chain(words.iter().copied()));
         match value {
             Value::Boolean(value) => tagged(1, &[u64::from(*value)]),
             Value::Integer(value) => tagged(2, &[*value as u64]),
@@ -71,53 +72,47 @@ fn bits(number: f64) -> u64 {
 }
 
 fn floats(values: &[f64]) -> u64 {
-    fnv1a(values.iter().map(|&value| bits(value)))
+    digest(values.iter().map(|&value| bits(value)))
 }
 
 fn text(text: &str) -> u64 {
-    fnv1a(text.bytes().map(u64::from))
-}
-
-/// Fowler, Noll and Vo's hash 1a of 64 bits, over words instead of bytes.
-/// Source: G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake, "The FNV Non-Cryptographic Hash Algorithm".
-fn fnv1a(words: impl Iterator<Item = u64>) -> u64 {
-    words.fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
+    digest(text.bytes().map(u64::from))
 }
 
 /// Hash of the content of a file of curves.
 pub(in crate::scene) fn hash_of_curves(curves: &[Vec<ControlPoint>]) -> u64 {
     let of_curve = |curve: &Vec<ControlPoint>| {
         let numbers = curve.iter().flat_map(|point| [point.position.to_array().to_vec(), vec![point.radius]]);
-        fnv1a(numbers.flatten().map(f64::to_bits))
+        digest(numbers.flatten().map(f64::to_bits))
     };
-    fnv1a(curves.iter().map(of_curve))
+    digest(curves.iter().map(of_curve))
 }
 
 /// Hash of the content of a file of patches.
 pub(in crate::scene) fn hash_of_patches(patches: &[ControlNet]) -> u64 {
-    fnv1a(patches.iter().flatten().flat_map(|point| point.to_array()).map(f64::to_bits))
+    digest(patches.iter().flatten().flat_map(|point| point.to_array()).map(f64::to_bits))
 }
 
 /// Hash of the content of a file of texels or cells.
 pub(in crate::scene) fn hash_of_values(shape: &[usize], values: &[f32]) -> u64 {
     let shape = shape.iter().map(|&size| size as u64);
-    fnv1a(shape.chain(values.iter().map(|value| u64::from(value.to_bits()))))
+    digest(shape.chain(values.iter().map(|value| u64::from(value.to_bits()))))
 }
 
 pub(in crate::scene) fn hash_of_mesh(mesh: &MeshData) -> u64 {
     let floats =
-        |values: &[[f32; 3]]| -> u64 { fnv1a(values.iter().flatten().map(|x| u64::from(x.to_bits()))) };
+        |values: &[[f32; 3]]| -> u64 { digest(values.iter().flatten().map(|x| u64::from(x.to_bits()))) };
     let parts = [
         floats(&mesh.positions),
-        fnv1a(mesh.indices.iter().flatten().map(|&index| u64::from(index))),
+        digest(mesh.indices.iter().flatten().map(|&index| u64::from(index))),
         mesh.normals.as_ref().map_or(0, |normals| floats(normals)),
-        mesh.uvs.as_ref().map_or(0, |uvs| fnv1a(uvs.iter().flatten().map(|x| u64::from(x.to_bits())))),
+        mesh.uvs.as_ref().map_or(0, |uvs| digest(uvs.iter().flatten().map(|x| u64::from(x.to_bits())))),
         u64::from(mesh.flip_normals),
     ];
     let attributes = mesh.attributes.iter().map(|MeshAttribute { name, per_face, channels, values }| {
         let name = name.bytes().map(u64::from);
         let kind = [u64::from(*per_face), *channels as u64];
-        fnv1a(name.chain(kind).chain(values.iter().map(|x| u64::from(x.to_bits()))))
+        digest(name.chain(kind).chain(values.iter().map(|x| u64::from(x.to_bits()))))
     });
-    fnv1a(parts.into_iter().chain(attributes))
+    digest(parts.into_iter().chain(attributes))
 }

@@ -1,6 +1,8 @@
 use super::{errors, read, scene, shape};
+use crate::common::described;
 use abbe::scene::description::{BsdfKind, ShapeKind, SpectrumKind};
 use abbe::scene::{ReadOptions, read_str};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -227,4 +229,21 @@ fn the_hash_depends_on_meaning_not_on_layout() {
     };
     assert_eq!(listed("700:0.5"), listed("700:.5"));
     assert_ne!(listed("700:0.5"), listed("700:0.50001"));
+}
+
+/// Round numbers differ in few bits, the highest. Two of 2400 hashes are the same by chance with a probability
+/// of 10⁻¹³.
+#[test]
+fn scenes_of_round_numbers_have_hashes_of_their_own() {
+    let hash = |radius: f64, fov: u32| {
+        let scene = format!(
+            r#"<sensor type="perspective"><float name="fov" value="{fov}"/></sensor>
+               <shape type="sphere"><float name="radius" value="{radius}"/></shape>"#
+        );
+        described(&scene).hash()
+    };
+    let numbers = (1..=60).flat_map(|quarters| (10..50).map(move |fov| (0.25 * f64::from(quarters), fov)));
+    let hashes: Vec<u64> = numbers.map(|(radius, fov)| hash(radius, fov)).collect();
+    let different: BTreeSet<&u64> = hashes.iter().collect();
+    assert_eq!(different.len(), hashes.len());
 }
