@@ -1,5 +1,6 @@
 //! `abbe info --json` writes scene files: they mean the same as what they were made from, to the last bit.
 
+use crate::common::described;
 use abbe::integrator::Estimator;
 use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::scene::{CompileOptions, Description, Features, ReadOptions, Scene, compile, json, read, read_str};
@@ -75,4 +76,32 @@ fn renders_from_json_have_the_same_bits() {
         let (_, copy) = again(&description, path.parent().expect("a folder"));
         assert!(sums(copy) == sums(description), "{}", path.display());
     }
+}
+
+/// As a `<volume>`, which Mitsuba takes, or in a texture; and what `abbe info --json` makes of it.
+#[test]
+fn a_blend_of_phases_is_the_same_however_its_grid_is_given() {
+    let grid =
+        r#"type="gridvolume"><string name="filename" value="tests/scenes/agreement/smoke.vol"/></volume>"#;
+    let in_fog = |weight: &str| {
+        described(&format!(
+            r#"<sensor type="perspective"><film type="hdrfilm"/></sensor><emitter type="constant"/>
+               <shape type="sphere">
+                   <transform name="to_world"><translate x="0.5" y="0.5" z="2"/></transform><bsdf type="null"/>
+                   <medium name="interior" type="homogeneous">
+                       <phase type="blendphase">
+                           {weight}<phase type="isotropic"/><phase type="hg"><float name="g" value="0.9"/></phase>
+                       </phase>
+                   </medium>
+               </shape>"#
+        ))
+    };
+    let own = in_fog(&format!(r#"<volume name="weight" {grid}"#));
+    let in_texture =
+        in_fog(&format!(r#"<texture name="weight" type="volume"><volume name="volume" {grid}</texture>"#));
+    let (_, copy) = again(&own, Path::new("."));
+    assert!([&in_texture, &copy].iter().all(|other| other.hash() == own.hash()));
+    let expected = sums(own);
+    assert!(sums(in_texture) == expected && sums(copy) == expected);
+    assert!(sums(in_fog(r#"<float name="weight" value="0"/>"#)) != expected);
 }

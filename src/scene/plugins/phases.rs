@@ -24,7 +24,7 @@ declare! {
     "tabphase", "a table" => PhaseKind::Tabulated { values } { values: VALUES } then possible;
     "blendphase", "a mixture of two" => PhaseKind::Blend { weight, nested } {
         weight: Quantity {
-            name: "weight", purpose: Use::Weight, default: None, doc: "fraction of the second"
+            name: "weight", purpose: Use::Weight, default: None, doc: "fraction of the second; it may be a `<volume>`"
         },
         nested: Two,
     } then over_volumes;

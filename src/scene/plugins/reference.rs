@@ -13,7 +13,7 @@ const CLASSES: [(&str, &str, &str); 12] = [
     ("bsdf", "BSDFs", ""),
     ("emitter", "Emitters", "`area` and `directionalarea` stand in shapes, the others in the scene."),
     ("spectrum", "Spectra and textures", "`<spectrum>` and `<texture>` mean the same."),
-    ("volume", "Volumes", "A volume stands in a medium, or in the texture `volume`."),
+    ("volume", "Volumes", "A volume stands in a medium, in a `blendphase`, or in the texture `volume`."),
     ("medium", "Media", "A medium stands in a shape, as `interior` or `exterior`, or in a sensor."),
     ("phase", "Phase functions", ""),
     ("integrator", "Integrators", ""),

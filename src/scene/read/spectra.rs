@@ -234,7 +234,8 @@ fn written(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option
             Some(SpectrumSource { place, ..source })
         }
         Value::Object(id)
-            if query.object.class == Class::Medium && query.reader.tree.get(*id).class == Class::Volume =>
+            if matches!((query.object.class, purpose), (Class::Medium, _) | (Class::Phase, Use::Weight))
+                && query.reader.tree.get(*id).class == Class::Volume =>
         {
             let source = plugins::textures::volumes::of_object(query.reader, *id)?;
             Some(SpectrumSource { place, ..source })

@@ -231,8 +231,8 @@ fn the_hash_depends_on_meaning_not_on_layout() {
     assert_ne!(listed("700:0.5"), listed("700:0.50001"));
 }
 
-/// Round numbers differ in few bits, the highest. Two of 2400 hashes are the same by chance with a probability
-/// of 10⁻¹³.
+/// Round numbers differ in few bits, the highest. The probability that two of 2400 hashes are the same by
+/// chance is 10⁻¹³.
 #[test]
 fn scenes_of_round_numbers_have_hashes_of_their_own() {
     let hash = |radius: f64, fov: u32| {

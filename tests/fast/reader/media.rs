@@ -87,6 +87,18 @@ fn what_is_no_medium_is_refused_with_what_is_wrong() {
             r#"<phase type="mie"><float name="radius" value="-1"/></phase>"#,
             "expected a number above 0",
         ),
+        (
+            "homogeneous",
+            r#"<phase type="blendphase"><texture name="weight" type="checkerboard"/><phase type="isotropic"/>
+               <phase type="rayleigh"/></phase>"#,
+            "expected a number or a <volume>",
+        ),
+        (
+            "suspension",
+            r#"<phase type="mie"><volume name="k" type="gridvolume">
+               <string name="filename" value="tests/scenes/agreement/smoke.vol"/></volume></phase>"#,
+            "\"k\" of phase \"mie\" has the wrong type",
+        ),
         ("homogeneous", r#"<phase type="sggx"/>"#, "S"),
         ("homogeneous", r#"<phase type="sggx"><string name="S" value="1, 1, 1"/></phase>"#, "no six numbers"),
         (
