@@ -24,6 +24,9 @@ pub struct Exponential {
     top: f64,
 }
 
+/// Scale heights above which the density is 0: e^−746 is less than half the least number.
+const VANISHES: f64 = 746.0;
+
 static RULE: LazyLock<Vec<(f64, f64)>> =
     LazyLock::new(|| gauss_legendre(8).map(|(x, weight)| (0.5 + 0.5 * x, 0.5 * weight)).collect());
 
@@ -128,11 +131,25 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Calls with the ends of each piece that lies below the top, in order.
-    fn pieces(&self, mut visit: impl FnMut(f64, f64) -> ControlFlow<()>) {
+    /// Least and greatest height.
+    fn reach(&self) -> [f64; 2] {
+        let height = |t: f64| self.of.height(self.origin + self.direction * t);
+        let nearest = (-self.origin.dot(self.direction)).max(0.0).min(self.t_max);
+        let [low, end] = match self.of.radius {
+            // No number for an endless level ray, which the minimum and the maximum pass over.
+            None => [height(self.t_max); 2],
+            Some(_) if self.t_max.is_infinite() => [height(nearest), f64::INFINITY],
+            Some(_) => [nearest, self.t_max].map(height),
+        };
+        [low.min(height(0.0)), end.max(height(0.0))]
+    }
+
+    /// Where pieces begin and end, in order. Shells that the line does not come to have no part in it.
+    fn ends(&self) -> Vec<f64> {
         let Exponential { scale_height, top, .. } = *self.of;
-        let shells = (top / scale_height).ceil() as u32;
-        let heights = (0..shells).map(|shell| f64::from(shell) * scale_height).chain([top]);
+        let [low, high] = self.reach().map(|height| (height.min(top) / scale_height).clamp(0.0, VANISHES));
+        let shells = low as u32..high.ceil() as u32;
+        let heights = shells.map(|shell| f64::from(shell) * scale_height).chain([top]);
         let mut ends: Vec<f64> = heights.flat_map(|height| self.crossings(height)).collect();
         if self.of.radius.is_some() {
             ends.push(-self.origin.dot(self.direction));
@@ -140,7 +157,12 @@ impl<'a> Line<'a> {
         ends.extend([0.0, self.t_max]);
         ends.retain(|t| (0.0..=self.t_max).contains(t));
         ends.sort_by(f64::total_cmp);
-        for pair in ends.windows(2) {
+        ends
+    }
+
+    /// Calls with the ends of each piece that lies below the top, in order.
+    fn pieces(&self, mut visit: impl FnMut(f64, f64) -> ControlFlow<()>) {
+        for pair in self.ends().windows(2) {
             let (from, to) = (pair[0], pair[1]);
             let middle = if to.is_finite() { 0.5 * (from + to) } else { from + 1.0 };
             // What is above the top is no piece.
@@ -201,6 +223,39 @@ mod tests {
             assert!((found / distance - 1.0).abs() < 1e-9, "{height}: {found}, not {distance}");
             assert!((depths.0[0] / depth - 1.0).abs() < 1e-9, "{height}: {}", depths.0[0]);
         }
+    }
+
+    /// A top of ten million scale heights costs no more than air that ends where the density is 0 in doubles.
+    /// What is high up counts where a ray has nothing lower.
+    #[test]
+    fn thin_air_below_a_high_top_takes_few_pieces() {
+        let height = 1e-6;
+        for radius in [None, Some(1.0)] {
+            let ground = radius.unwrap_or(0.0);
+            let air = Exponential::new(Transform::IDENTITY, radius, height, 10.0);
+            for (low, high, most) in [(0.0, 1e9, 750), (0.0, 2.5, 6), (100.0, 103.0, 8), (800.0, 1e6, 4)] {
+                let place = |heights: f64| Vec3::new(0.0, 0.0, ground + heights * height);
+                let up = Ray { t_max: (high - low) * height, ..Ray::new(place(low), Vec3::Z) };
+                let down = Ray { t_max: up.t_max, ..Ray::new(place(high), -Vec3::Z) };
+                for ray in [up, down] {
+                    let pieces = Line::new(&air, &ray).ends().len();
+                    assert!(pieces <= most, "{radius:?}, {low} to {high}: {pieces}");
+                    let expected = height * ((-low).exp() - (-high).exp());
+                    let depth = air.depth(&ray);
+                    // Heights are differences of places: near 1 and 1000 they are rounded to 1e-10 and 1e-7 of
+                    // a scale height.
+                    let rounding = if high > 1e6 { 1e-6 } else { 1e-9 };
+                    assert!((depth - expected).abs() <= rounding * expected, "{radius:?}, {low}: {depth}");
+                }
+            }
+        }
+        // Endless ones, and those that graze a sphere.
+        let ends = |radius, ray: Ray| {
+            Line::new(&Exponential::new(Transform::IDENTITY, radius, height, 10.0), &ray).ends().len()
+        };
+        assert!(ends(None, Ray::new(Vec3::ZERO, -Vec3::Z)) <= 5);
+        assert!(ends(None, Ray::new(Vec3::new(0.0, 0.0, 5.0), Vec3::Z)) <= 5);
+        assert!(ends(Some(1.0), Ray::new(Vec3::new(-2.0, 0.0, 1.0 + 743.5 * height), Vec3::X)) <= 11);
     }
 
     /// Toward the horizon of a sphere the column is √(πRH/2) but for terms of H/R (Chapman, "The absorption
