@@ -242,8 +242,8 @@ mod tests {
                     assert!(pieces <= most, "{radius:?}, {low} to {high}: {pieces}");
                     let expected = height * ((-low).exp() - (-high).exp());
                     let depth = air.depth(&ray);
-                    // Heights are differences of places: near 1 and 1000 they are rounded to 1e-10 and 1e-7 of
-                    // a scale height.
+                    // Heights are differences of places: near 1 these are rounded to 1e-10 of a scale height,
+                    // near 1000 to 1e-7.
                     let rounding = if high > 1e6 { 1e-6 } else { 1e-9 };
                     assert!((depth - expected).abs() <= rounding * expected, "{radius:?}, {low}: {depth}");
                 }
