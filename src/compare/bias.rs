@@ -130,7 +130,8 @@ fn around(pixels: &[Option<[CellMean; 2]>], pair: &Pair) -> Vec<f64> {
 /// The p-value of a pixel as one of many of which the smallest counts. Tails decide there, and those of few
 /// skewed samples are long: on the edge of a body some pixel has an error that is a quarter of what it should
 /// be, in any picture. So the variance is at least twice that of the pixels around, and what these lend is no
-/// degree of freedom. Pictures of one scene then pass, whose edges are sharp (`tests/statistical/shared_noise.rs`).
+/// degree of freedom. Pictures of one scene then pass, whose edges are sharp
+/// (`tests/statistical/shared_noise.rs`).
 fn p_of_worst(a: &Estimate, b: &Estimate, around: f64) -> f64 {
     let times = (2.0 * around / (a.variance + b.variance)).max(1.0);
     let [a, b] = [a, b].map(|estimate| Estimate {

@@ -131,9 +131,24 @@ mod tests {
         // Half of what the runs say in the left square, as much in the right one.
         let nets: Vec<f64> = part.pixels().map(|[x, _]| if x < 32 { 2.0 } else { 4.0 }).collect();
         let found = calibrated([64, 32], part, &runs, Some(&nets));
-        let left = 4.0 * (16.0 + 256.0) / (16.0 + 512.0);
-        assert!((found[0] - left).abs() < 1e-12 && (found[31] - 4.0).abs() < 1e-12, "{found:?}");
+        let of_square = (16.0 + 256.0) / (16.0 + 512.0);
+        let left = 4.0 * (16.0 * of_square + 32.0) / (16.0 + 64.0);
+        let ends = [found[0], found[31]];
+        assert!((ends[0] - left).abs() < 1e-12 && (ends[1] - 4.0).abs() < 1e-12, "{ends:?}");
         assert_eq!(calibrated([64, 32], part, &runs, None), runs);
+    }
+
+    /// Runs that complete each other in a smooth sky, and a band whose runs know nothing of each other.
+    #[test]
+    fn pixels_of_a_square_that_are_unlike_do_not_vote_together() {
+        let part = Region::whole([32, 32]);
+        let by_row = |band: f64, sky: f64| -> Vec<f64> {
+            part.pixels().map(|[_, y]| if (14..18).contains(&y) { band } else { sky }).collect()
+        };
+        let (runs, nets) = (by_row(100.0, 1.0), by_row(100.0, 0.05));
+        let found = calibrated([32, 32], part, &runs, Some(&nets));
+        let [sky, band] = [found[0], found[16 * 32 + 8]];
+        assert!(sky < 0.15 && (80.0..=100.0).contains(&band), "{sky} {band}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Most samples of a pixel in a replicate: sums of more, which are integers of 64 bits, may not hold them.
+    /// Most samples of a pixel in a replicate: sums of more, integers of 64 bits, may not hold them.
     pub const LONGEST_REPLICATE: u32 = 1 << 22;
 
     /// Deals `samples` per pixel, or the next larger number that can be dealt, into replicates of equal

@@ -6,8 +6,9 @@
 //!
 //! Glass catalogues give the index relative to air at air wavelengths. Taking both as vacuum values, as is
 //! done here, is right for scenes whose surroundings have index 1 (the ratio across the surface is what
-//! refracts); the 0.03 % between the two wavelength scales changes the index of a dense flint by less than
-//! 4e-5.
+//! refracts). In air of index 1.000277, which surrounds what states no other, a prism of 60° bends light by
+//! 0.04° (N-BK7) to 0.07° (N-SF11) less. The 0.03 % between the two wavelength scales changes the index of a
+//! dense flint by less than 4e-5.
 
 use super::error::SpectrumError;
 use super::{Extrapolation, Spectrum};

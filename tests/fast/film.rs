@@ -160,7 +160,7 @@ fn a_disk_that_fails_ends_the_render_with_a_message() {
     assert!(folder.bytes("x.exr") == folder.bytes("whole.exr"));
 }
 
-/// A point light a micrometre above a floor makes it 10¹² times as bright as the light is elsewhere: more
+/// A point light a nanometre above a floor makes it 10¹⁸ times as bright as the light is elsewhere: more
 /// than the film's integers hold. It is left out, counted and told, and never wraps around.
 #[test]
 fn what_is_too_large_for_the_film_is_told() {
@@ -174,7 +174,7 @@ fn what_is_too_large_for_the_film_is_told() {
             <shape type="rectangle"/></scene>"#
         )
     };
-    for (z, is_told) in [(1e-6, true), (1.0, false)] {
+    for (z, is_told) in [(1e-9, true), (1e-3, false), (1.0, false)] {
         folder.write("scene.xml", scene(z));
         let output = folder.run(&["render", "scene.xml", "--spp=16", "--no-png", "-o", "x.exr"]);
         let told = stderr(&output);

@@ -74,7 +74,8 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(16..=1 << 26))]
     reference_spp: Option<u32>,
 
-    /// Relative RMSE to tell the CPU time to, 0.01 for 1 % [default: the smallest that all samplers reach]
+    /// Relative RMSE to tell the CPU time to, 0.01 for 1 % [default: the smallest that all random samplers
+    /// reach]
     #[arg(long, value_name = "ERROR", value_parser = parse_target)]
     target: Option<f64>,
 

@@ -2,8 +2,8 @@
 //!
 //! A tile has 8 × 8 pixels from the upper left corner of the file, fewer at the right and lower border. The
 //! variance of its mean is so many times what the errors of its pixels in the file would make of it if pixels
-//! were independent. One printable character stands for it, row by row: k eighths of an octave above 1 for the
-//! k-th character after `A`, below 1 for those before.
+//! were independent. One printable character stands for it, row by row: k eighths of an octave above 1 for
+//! the k-th character after `A`, below 1 for those before.
 
 use crate::film::{NOISE_TILE, PictureNoise, Region};
 use crate::output::error_bars;
@@ -18,7 +18,7 @@ pub(super) struct TileNoise {
 }
 
 impl TileNoise {
-    /// Of a picture with this width and height, and so many quantities.
+    /// For a picture with this width and height, and so many quantities.
     pub fn new(size: [u32; 2], quantities: usize) -> Self {
         let tiles = across(size).iter().map(|&tiles| tiles as usize).product();
         Self { size, independent: vec![vec![0.0; tiles]; quantities], rows: 0 }

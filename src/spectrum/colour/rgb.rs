@@ -6,9 +6,9 @@ use super::Xyz;
 /// What linear red, green and blue stand for: chromaticities (x, y).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RgbSpace {
-    /// Of red, green and blue.
+    /// Red, green and blue.
     pub primaries: [(f64, f64); 3],
-    /// Of equal parts of all three.
+    /// Equal parts of all three.
     pub white: (f64, f64),
 }
 
