@@ -167,7 +167,7 @@ fn what_is_too_large_for_the_film_is_told() {
     let folder = Folder::new("large");
     let scene = |z: f64| {
         format!(
-            r#"<scene version="3.0.0"><sensor type="perspective"><float name="fov" value="0.001"/>
+            r#"<scene version="3.0.0"><sensor type="perspective"><float name="fov" value="1e-7"/>
             <transform name="to_world"><lookat origin="0, -3, 3" target="0, 0, 0" up="0, 0, 1"/></transform>
             <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/></film></sensor>
             <emitter type="point"><point name="position" x="0" y="0" z="{z:e}"/></emitter>

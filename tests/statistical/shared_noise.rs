@@ -85,10 +85,10 @@ fn pixels_that_share_light_paths_raise_no_false_alarms() {
     no_false_alarms("shared", &["--estimator", "shared"]);
 }
 
-/// Pairs of pictures as they are made by default, of a clean scene with sharp edges, under a filter that smears
-/// none of them. Runs of a net complete each other in most pixels, and hardly on an edge: error bars that know
-/// no difference raise an alarm in nine of ten pairs. At the 5 % level one of 20 is due, and more than 5 come
-/// with a probability of 3·10⁻⁴.
+/// Pairs of pictures as they are made by default, of a clean scene with sharp edges, under a filter that
+/// smears none of them. Runs of a net complete each other in most pixels, and hardly on an edge: error bars
+/// that know no difference raise an alarm in nine of ten pairs. At the 5 % level one of 20 is due, and more
+/// than 5 come with a probability of 3·10⁻⁴.
 #[test]
 fn sharp_edges_raise_no_false_alarms() {
     const PAIRS: u32 = 20;
