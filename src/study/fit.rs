@@ -18,8 +18,8 @@ pub struct Measurement {
 /// with the standard error σ of the mean over replicates. All points weigh the same, by the mean of these:
 /// noise is skewed, so that a point which is too low by chance claims too small an error, and would weigh too
 /// much. Intervals use Student's t with as many degrees as all the replicates have. Where the points scatter
-/// about the line by more than that, as they do about every curve that is not quite a power law, the errors of
-/// the fit are enlarged by √(χ²/(n−2)) (Birge 1932), with n − 2 degrees. Where a point has no error, the
+/// about the line by more than that, as they do about every curve that is not quite a power law, the errors
+/// of the fit are enlarged by √(χ²/(n−2)) (Birge 1932), with n − 2 degrees. Where a point has no error, the
 /// scatter alone tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
