@@ -151,8 +151,8 @@ mod tests {
         assert!((0.935..0.99).contains(&fraction), "{fraction}");
     }
 
-    /// The same where eight skewed replicates tell each point and its error: exponential noise, the more of it
-    /// averaged the more samples there are. Points weighed by their own errors would cover 92 %.
+    /// The same where eight skewed replicates tell each point and its error: exponential noise, the more of
+    /// it averaged the more samples there are. Points weighed by their own errors would cover 92 %.
     #[test]
     fn intervals_hold_where_errors_are_estimated() {
         let (studies, mut covered) = (2000u64, 0);
