@@ -77,7 +77,6 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
             histogram[((found.p_value * CELLS as f64) as usize).min(CELLS - 1)] += 1;
         }
     }
-    let smallest = |values: &mut dyn Iterator<Item = f64>| values.filter(|p| !p.is_nan()).fold(1.0, f64::min);
 
     let tells = |[a, b]: &[CellMean; 2]| a.is_noisy || b.is_noisy || a.estimate.mean != b.estimate.mean;
     let tiles: Vec<[Estimate; 2]> = means(channel, &Cells::new(pair, Cell::Tile), good)
@@ -92,7 +91,7 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
     seen.sort_by(f64::total_cmp);
     let whole = means(channel, &Cells::new(pair, Cell::Picture), good).into_iter().flatten().next();
     let whole = whole.map_or([Estimate::exact(0.0); 2], |both| both.map(|mean| mean.estimate));
-    let tiles_p = smallest(&mut tiles.iter().map(|[a, b]| welch(a, b).p_value));
+    let tiles_p = tiles.iter().map(|[a, b]| welch(a, b).p_value).fold(1.0, f64::min);
     Tests {
         error: (whole[0].variance + whole[1].variance).sqrt(),
         p_mean: welch(&whole[0], &whole[1]).p_value,
@@ -112,17 +111,11 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
 /// The mean, over a pixel and its neighbours, of the variance of the difference of both sides.
 fn around(pixels: &[Option<[CellMean; 2]>], pair: &Pair) -> Vec<f64> {
     let variance = |[a, b]: &[CellMean; 2]| a.estimate.variance + b.estimate.variance;
-    let (width, height) = (pair.width, pair.height);
     let around = |pixel: usize| {
-        let (x, y) = (pixel % width, pixel / width);
-        let rows = y.saturating_sub(1)..(y + 2).min(height);
-        let near =
-            rows.flat_map(|row| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| row * width + x));
-        let (sum, count) = near
-            .filter_map(|near| pixels[near].as_ref().map(variance))
-            .filter(|variance| variance.is_finite())
-            .fold((0.0, 0.0), |(sum, count), variance| (sum + variance, count + 1.0));
-        if count > 0.0 { sum / count } else { 0.0 }
+        let place = [pixel % pair.width, pixel / pair.width];
+        let near = error_bars::near([pair.width, pair.height], place);
+        let known = near.filter_map(|near| pixels[near].as_ref().map(variance));
+        error_bars::finite_sum(known).map_or(0.0, |[sum, count]| sum / count)
     };
     (0..pixels.len()).map(around).collect()
 }

@@ -22,6 +22,20 @@ fn is_moderated(picture: [u32; 2]) -> bool {
     picture.iter().all(|&size| size >= 3)
 }
 
+/// A pixel of a picture of this width and height and its neighbours, by their places row by row.
+pub fn near([width, height]: [usize; 2], [x, y]: [usize; 2]) -> impl Iterator<Item = usize> {
+    let columns = x.saturating_sub(1)..(x + 2).min(width);
+    (y.saturating_sub(1)..(y + 2).min(height))
+        .flat_map(move |row| columns.clone().map(move |x| row * width + x))
+}
+
+/// The sum of variances, of those that are finite, and their number; `None` where there are none.
+pub fn finite_sum(variances: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let finite = variances.filter(|variance| variance.is_finite());
+    let [sum, count] = finite.fold([0.0; 2], |[sum, count], variance| [sum + variance, count + 1.0]);
+    (count > 0.0).then_some([sum, count])
+}
+
 /// Variances of the means of all pixels of a part of a picture, row by row, moderated by their neighbours'.
 /// Neighbours whose variance is not known are left out; infinite ones stay. Each size is width and height.
 pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f64> {
@@ -31,17 +45,11 @@ pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f6
     }
     let moderate = |pixel: usize| {
         let (x, y, own) = (pixel % width, pixel / width, variances[pixel]);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for row in y.saturating_sub(1)..(y + 2).min(height) {
-            for column in x.saturating_sub(1)..(x + 2).min(width) {
-                let variance = variances[row * width + column];
-                if (row, column) != (y, x) && variance.is_finite() {
-                    sum += variance;
-                    count += 1.0;
-                }
-            }
+        let others = near([width, height], [x, y]).filter(|&other| other != pixel);
+        match finite_sum(others.map(|other| variances[other])) {
+            Some([sum, count]) => OWN * own + (1.0 - OWN) * sum / count,
+            None => own,
         }
-        if count == 0.0 { own } else { OWN * own + (1.0 - OWN) * sum / count }
     };
     (0..variances.len()).map(moderate).collect()
 }
@@ -95,9 +103,9 @@ pub fn share_of_mean(runs: &[f64], of_nets: &[f64]) -> f64 {
     /// Tiles whose nets are taken to agree with their runs: where few tiles have all the noise, these tell
     /// little.
     const PRIOR: f64 = 4.0;
-    let known = || runs.iter().zip(of_nets).filter(|(run, net)| run.is_finite() && net.is_finite());
+    let known = runs.iter().zip(of_nets).filter(|(run, net)| run.is_finite() && net.is_finite());
     let (mut sum, mut squares, mut nets) = (0.0, 0.0, 0.0);
-    for (run, net) in known() {
+    for (run, net) in known {
         (sum, squares, nets) = (sum + run, squares + run * run, nets + net);
     }
     let tiles = sum * sum / squares;

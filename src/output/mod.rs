@@ -8,7 +8,7 @@ pub mod target;
 
 use crate::film::Film;
 use crate::render::Auxiliary;
-use crate::spectrum::colour;
+use crate::spectrum::colour::{self, RgbSpace};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -77,7 +77,10 @@ impl Colour {
     /// xy chromaticities of red, green, blue and white.
     fn primaries(self) -> [[f32; 2]; 4] {
         match self {
-            Self::Rec709 => [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]],
+            Self::Rec709 => {
+                let RgbSpace { primaries: [red, green, blue], white } = RgbSpace::REC709;
+                [red, green, blue, white].map(|(x, y)| [x as f32, y as f32])
+            }
             Self::Xyz | Self::Luminance => [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]],
         }
     }

@@ -77,6 +77,29 @@ fn exr_channels_are_found_by_name() {
     assert!(values(&[("B", 3.0), ("G", 2.0), ("R", 1.0), ("Z", 0.5)]).is_err());
 }
 
+/// Primaries and white of ACES (SMPTE ST 2065-1): from them to XYZ, and from there to BT.709, as Mitsuba 3.9
+/// does, without adapting white. Those of BT.709 change nothing.
+#[test]
+fn exr_chromaticities_count() {
+    use exr::meta::attribute::Chromaticities;
+    use exr::prelude::*;
+    let values = |chromaticities: [(f32, f32); 4]| {
+        let [red, green, blue, white] = chromaticities.map(|(x, y)| Vec2(x, y));
+        let channels = [("B", 0.3), ("G", 0.5), ("R", 0.2)];
+        let channels = channels.map(|(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value])));
+        let mut image =
+            exr::prelude::Image::from_channels((1, 1), AnyChannels::sort(channels.into_iter().collect()));
+        image.attributes.chromaticities = Some(Chromaticities { red, green, blue, white });
+        let mut bytes = Cursor::new(Vec::new());
+        image.write().to_buffered(&mut bytes).unwrap();
+        abbe::raster::Image::decode(&bytes.into_inner(), None).unwrap().values
+    };
+    let found = values([(0.7347, 0.2653), (0.0, 1.0), (0.0001, -0.077), (0.32168, 0.33767)]);
+    let expected = [-0.165_601_7, 0.599_364_7, 0.246_606_7];
+    assert!(found.iter().zip(expected).all(|(found, wanted)| (found - wanted).abs() < 1e-5), "{found:?}");
+    assert_eq!(values([(0.64, 0.33), (0.3, 0.6), (0.15, 0.06), (0.3127, 0.329)]), [0.2, 0.5, 0.3]);
+}
+
 #[test]
 fn sizes_are_checked_before_memory_is_asked_for() {
     let mut huge = png(image::GrayImage::new(1, 1).into());
