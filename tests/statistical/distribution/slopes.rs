@@ -8,9 +8,8 @@ use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, WavelengthCount};
 use abbe::sampling::SamplerKind;
 use abbe::scene::Scene;
-use abbe::stats::{Estimate, Moments};
+use abbe::stats::{Estimate, Moments, student_quantile};
 use abbe::study::Reference;
-use abbe::study::fit::{Measurement, PowerLaw, student_95};
 use abbe::units::WavelengthRange;
 
 fn exposed(scene: &Scene, sampler: SamplerKind, replicates: u32, samples: u32, seed: u64) -> Film {
@@ -46,47 +45,61 @@ fn relmse(scene: &Scene, reference: &Reference, sampler: SamplerKind, samples: u
     (0..film.replicates).map(of_replicate).collect::<Moments>().estimate()
 }
 
-/// Whether the error falls faster than with a slope of −0.7, as far as the interval of the slope tells.
-fn is_steep(law: &PowerLaw) -> bool {
-    law.slope - law.slope_half_width < -0.7
+/// Exponent of log RMSE on log samples from the fewest samples to the most. Its error is that of noise alone:
+/// the curves of smooth effects are no power laws, they steepen.
+struct Slope {
+    slope: f64,
+    error: f64,
+    /// Half of the 95 % confidence interval.
+    half_width: f64,
+}
+
+impl Slope {
+    fn between([few, many]: [(u32, Estimate); 2]) -> Self {
+        let span = (f64::from(many.0) / f64::from(few.0)).ln();
+        let relative = |of: Estimate| of.error() / of.mean;
+        let error = 0.5 * relative(few.1).hypot(relative(many.1)) / span;
+        let half_width = student_quantile(0.975, few.1.degrees + many.1.degrees) * error;
+        Self { slope: 0.5 * (many.1.mean / few.1.mean).ln() / span, error, half_width }
+    }
+
+    /// Whether the error falls faster than with a slope of −0.7, as far as the interval tells.
+    fn is_steep(&self) -> bool {
+        self.slope - self.half_width < -0.7
+    }
 }
 
 /// `off` is the error of a reference that is noticed, relative to the values of its pixels.
 fn falls(name: &str, off: f64) {
     let scene = common::scene(&format!("tests/scenes/smooth/{name}.xml"), &[], WavelengthRange::VISIBLE);
     let reference = reference(&scene);
-    let measure = |sampler, samples| Measurement {
-        x: f64::from(samples),
-        relmse: relmse(&scene, &reference, sampler, samples),
-    };
-    let of_sobol = [4, 16, 64, 256, 1024].map(|samples| measure(SamplerKind::Sobol, samples));
-    let sobol = PowerLaw::fit(&of_sobol).expect("errors that can be told");
+    let measure = |sampler, samples| relmse(&scene, &reference, sampler, samples);
+    let of_sobol = SAMPLES.map(|samples| measure(SamplerKind::Sobol, samples));
     // With more samples the two are farther apart.
     let independent = [4, 16, 64, 256].map(|samples| measure(SamplerKind::Independent, samples));
-    println!("{name}: slope {:.3} ± {:.3}", sobol.slope, sobol.slope_half_width);
-    assert!(is_steep(&sobol), "{name}: {sobol:?}");
-    let slope_error = sobol.slope_half_width / student_95(5.0 * 7.0);
-    let found = sobol.slope_half_width + common::found(0.0) * slope_error;
-    assert!(-0.7 + found < -0.5, "{name}: a slope of −0.5 is not found, {sobol:?}");
+    let slope = |reference_error: f64| {
+        let misled = |of: Estimate| Estimate { mean: of.mean + reference_error * reference_error, ..of };
+        Slope::between([0, 4].map(|i| (SAMPLES[i], misled(of_sobol[i]))))
+    };
+    let Slope { slope: found, error, half_width } = slope(0.0);
+    println!("{name}: slope {found:.3} ± {half_width:.3}");
+    assert!(slope(0.0).is_steep(), "{name}: {found} ± {half_width}");
+    let told = half_width + common::found(0.0) * error;
+    assert!(-0.7 + told < -0.5, "{name}: a slope of −0.5 is not found, ± {half_width}");
     let own = reference.own_relmse.expect("its error is known");
-    let least = of_sobol[4].relmse.mean;
+    let least = of_sobol[4].mean;
     assert!(own < 0.5 * least, "{name}: the reference adds {own} to {least}");
-    let misled = of_sobol.map(|Measurement { x, relmse }| Measurement {
-        x,
-        relmse: Estimate { mean: relmse.mean + off * off, ..relmse },
-    });
-    let misled = PowerLaw::fit(&misled).expect("errors that can be told");
-    assert!(!is_steep(&misled), "{name}: a reference that is off by {off} is not noticed, {misled:?}");
+    let misled = slope(off);
+    assert!(!misled.is_steep(), "{name}: a reference that is off by {off} is not noticed, {}", misled.slope);
     for (sobol, independent) in of_sobol.iter().zip(&independent) {
-        let error = (sobol.relmse.variance + independent.relmse.variance).sqrt();
-        assert!(
-            sobol.relmse.mean < independent.relmse.mean + BOUND * error,
-            "{name}: {sobol:?} {independent:?}"
-        );
-        let worse = common::found(BOUND) * (2.0 * independent.relmse.variance).sqrt();
-        assert!(worse < 0.8 * independent.relmse.mean, "{name}: {worse} is not found, {independent:?}");
+        let error = (sobol.variance + independent.variance).sqrt();
+        assert!(sobol.mean < independent.mean + BOUND * error, "{name}: {sobol:?} {independent:?}");
+        let worse = common::found(BOUND) * (2.0 * independent.variance).sqrt();
+        assert!(worse < 0.8 * independent.mean, "{name}: {worse} is not found, {independent:?}");
     }
 }
+
+const SAMPLES: [u32; 5] = [4, 16, 64, 256, 1024];
 
 /// Standard errors by which Sobol may be worse than independent samples.
 const BOUND: f64 = 3.0;
