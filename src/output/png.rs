@@ -4,7 +4,6 @@
 use super::Picture;
 use crate::sampling::mix;
 use crate::spectrum::colour;
-use image::codecs::png::PngEncoder;
 use std::path::Path;
 
 /// Luminance of the picture's mean after exposure, as a fraction of white.
@@ -94,13 +93,19 @@ fn dithered(values: [f64; 3], noise: u64) -> [u8; 3] {
 /// Writes sRGB code values, row by row from the top: the whole file or none of it.
 pub fn write_colours(path: &Path, width: usize, colours: &[[u8; 3]]) -> std::io::Result<()> {
     let height = colours.len() / width.max(1);
-    let whole = image::RgbImage::from_raw(width as u32, height as u32, colours.as_flattened().to_vec());
-    write_image(path, &whole.ok_or_else(|| std::io::Error::other("the picture is not a rectangle"))?)
-}
-
-fn write_image(path: &Path, image: &image::RgbImage) -> std::io::Result<()> {
+    if width * height != colours.len() {
+        return Err(std::io::Error::other("the picture is not a rectangle"));
+    }
     let mut bytes = Vec::new();
-    image.write_with_encoder(PngEncoder::new(&mut bytes)).map_err(std::io::Error::other)?;
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(colours.as_flattened())?;
+        writer.finish()
+    });
+    written.map_err(std::io::Error::other)?;
     super::write_whole(path, &bytes)
 }
 

@@ -116,17 +116,28 @@ fn linear_ticks(from: f64, to: f64) -> Vec<f64> {
     (0..=(last - first).max(1.0) as usize).map(|i| (first + i as f64) * step).collect()
 }
 
-/// Powers of ten, at most eight; 2 and 5 times them as well where there are few.
+/// Powers of ten, at most eight; multiples of them as well where there are few, and equal steps where even of
+/// these fewer than three lie between the ends.
 fn log_ticks(from: f64, to: f64) -> Vec<(f64, String)> {
     let decades = (to / from).log10();
     let (first, last) = (from.log10().floor() as i32, to.log10().ceil() as i32);
     let every = ((decades / 8.0).ceil() as i32).max(1);
-    let digits: &[f64] = if decades < 2.2 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let digits: &[f64] = match decades {
+        d if d >= 2.2 => &[1.0],
+        d if d >= 1.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
+    };
     let powers = (first..=last).filter(|power| power.rem_euclid(every) == 0);
-    powers
+    let ticks: Vec<(f64, String)> = powers
         .flat_map(|power| digits.iter().map(move |&digit| (digit, power)))
         .map(|(digit, power)| (digit * 10f64.powi(power), power_of_ten(digit, power)))
-        .collect()
+        .collect();
+    if ticks.iter().filter(|(tick, _)| (from..=to).contains(tick)).count() >= 3 {
+        return ticks;
+    }
+    let equal = linear_ticks(from, to);
+    let step = equal[1] - equal[0];
+    equal.into_iter().map(|tick| (tick, number(tick, step))).collect()
 }
 
 /// `10⁻³`, `2·10⁻³`; plain numbers from 0.01 to 1000.
@@ -192,6 +203,18 @@ mod tests {
         let decade = axis.place(1e-2).unwrap() - high;
         assert!((high - low - decade).abs() < 1e-12 && low > 0.0);
         assert_eq!(power_of_ten(2.0, -12), "2·10⁻¹²");
+    }
+
+    /// However short the axis, three numbers tell its scale, in all decades.
+    #[test]
+    fn a_short_logarithmic_axis_has_numbers() {
+        for i in 0..1000 {
+            let from = 1e-5 * 1.03f64.powi(i);
+            for span in [1.05, 1.3, 2.0, 5.0, 9.0, 30.0, 200.0] {
+                let axis = Settled::new(&Axis::new("", Scale::Log), [from, span * from].into_iter());
+                assert!((3..=14).contains(&axis.ticks.len()), "{from} {span} {:?}", axis.ticks);
+            }
+        }
     }
 
     #[test]

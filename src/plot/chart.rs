@@ -26,9 +26,11 @@ pub struct Series {
     pub ink: Ink,
     /// The points, in the order in which the line joins them.
     pub points: Vec<Point>,
+    /// The line where it does not join the points but is fitted to them; empty otherwise.
+    pub fitted: Vec<Point>,
     /// What is drawn at each point; `None` for nothing.
     pub marker: Option<Marker>,
-    /// Width of the line through the points; 0 for none.
+    /// Width of the line; 0 for none.
     pub line: f64,
     /// How a line is broken; `None` for a continuous one.
     pub dash: Option<Dash>,
@@ -218,15 +220,19 @@ impl Chart {
 }
 
 impl Series {
-    fn draw(
-        &self,
+    fn draw<'a>(
+        &'a self,
         drawing: &mut Drawing,
         across: &dyn Fn(f64) -> Option<f64>,
         up: &dyn Fn(f64) -> Option<f64>,
         [top, bottom]: [f64; 2],
     ) {
-        let placed: Vec<(&Point, [f64; 2])> =
-            self.points.iter().filter_map(|point| Some((point, [across(point.x)?, up(point.y)?]))).collect();
+        let placed = |points: &'a [Point]| {
+            points.iter().filter_map(|point| Some((point, [across(point.x)?, up(point.y)?])))
+        };
+        let joined = if self.fitted.is_empty() { &self.points } else { &self.fitted };
+        let path: Vec<[f64; 2]> = placed(joined).map(|(_, at)| at).collect();
+        let placed: Vec<(&Point, [f64; 2])> = placed(&self.points).collect();
         for (point, [x, _]) in placed.iter().filter(|(point, _)| point.low < point.high) {
             // A bar that goes below what a logarithmic axis shows goes to its end.
             let low = up(point.low).unwrap_or(bottom).min(bottom);
@@ -237,7 +243,6 @@ impl Series {
             }
         }
         if self.line > 0.0 {
-            let path: Vec<[f64; 2]> = placed.iter().map(|(_, at)| *at).collect();
             drawing.line(&path, self.ink, self.line, self.dash);
         }
         if let Some(marker) = self.marker {
@@ -258,6 +263,7 @@ mod tests {
             name: "a".to_owned(),
             ink: Ink::hex(0xff0000),
             points,
+            fitted: Vec::new(),
             marker: Some(Marker::Disk),
             line: 1.5,
             dash: None,

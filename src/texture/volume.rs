@@ -113,7 +113,8 @@ impl Volume {
         shape * factor
     }
 
-    /// One number for all wavelengths: of what has three channels, the luminance.
+    /// One number for all wavelengths: the luminance of three raw channels, the mean of a spectrum over
+    /// wavelength.
     pub fn value(&self, at: &TexturePoint) -> f64 {
         self.value_at(self.to_local.point(at.position))
     }
@@ -124,7 +125,13 @@ impl Volume {
                 self.around(place).iter().map(|&(i, weight)| weight * f64::from(values[i])).sum()
             }
             Cells::Raw(_) => luminance(self.rgb_at(place)),
-            Cells::Spectra(_) => luminance(self.mean),
+            Cells::Spectra(cells) => {
+                let brightness = |cell: usize| {
+                    let [a, b, c, scale] = cells[cell].map(f64::from);
+                    scale * Sigmoid { coefficients: [a, b, c] }.mean()
+                };
+                self.around(place).iter().map(|&(cell, weight)| weight * brightness(cell)).sum()
+            }
         }
     }
 

@@ -196,7 +196,7 @@ impl Compiler<'_> {
     /// The value whose order of magnitude the film's sums are made for: the brightest of what the camera can
     /// see, in luminance, or in the mean over a response or over the wavelengths. What is brighter than 2²²
     /// times that does not fit; what is darker than 2⁻⁴⁰ times that is rounded at random. `accel` says what
-    /// lights without extent may be near.
+    /// lights without extent, and small ones, may be near; `eyes` is where camera rays begin.
     pub(super) fn reference(
         &self,
         film: &FilmPlan,
@@ -204,14 +204,18 @@ impl Compiler<'_> {
         media: &[&medium::Emission],
         scene_radius: f64,
         accel: &Accel,
+        eyes: Bounds,
         time: f64,
     ) -> f64 {
         /// Spots that are so many times as bright as the whole fit beside it.
         const HEAD: f64 = 256.0;
-        /// Rays for all lights without extent.
+        /// Rays for all lights that need them.
         const MOST_RAYS: usize = 1 << 20;
         /// A path's wavelength may bring all of its light to one of many bins.
         const BINS: f64 = 64.0;
+        /// A lamp that fills less than this share of all directions, from wherever it is seen, is all but
+        /// never met by chance: what it lights is so much darker than itself that the film keeps to that.
+        const TINY: f64 = 1.0 / (1u64 << 30) as f64;
         let luminance = |spectrum: &Spectrum| {
             let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
             let responses = film.channels.iter().map(|channel| {
@@ -223,11 +227,30 @@ impl Compiler<'_> {
         };
         // A floor may reach far, and what a light shines upon be near it.
         let far = scene_radius / 64.0;
-        let is_point = |light: &&Light| !matches!(light, Light::Area { .. } | Light::Directional { .. });
-        let rays = (MOST_RAYS / lights.iter().filter(is_point).count().max(1)).clamp(1, 256) as u32;
+        // The share of all directions that it fills from so far away.
+        let share = |geometry: &AreaGeometry, distance: f64| {
+            geometry.world_area(time) / (4.0 * PI * distance * distance)
+        };
+        let is_tiny =
+            |geometry: &AreaGeometry| share(geometry, 2.0 * scene_radius) < TINY && !eyes.is_empty();
+        let needs_rays = |light: &&Light| match light {
+            Light::Area { geometry, .. } => is_tiny(geometry),
+            Light::Point { .. } | Light::Spot(_) | Light::Projector(_) => true,
+            Light::Directional { .. } => false,
+        };
+        let rays = (MOST_RAYS / lights.iter().filter(needs_rays).count().max(1)).clamp(1, 256) as u32;
         let area = |position: Vec3| {
-            let near = nearest(accel, position, time, rays).clamp(far / 4096.0, far);
+            let near = nearest(accel, position, 0.0, time, rays).clamp(far / 4096.0, far);
             4.0 * PI * (near * near).max(f64::MIN_POSITIVE)
+        };
+        let darker = |geometry: &AreaGeometry| {
+            if !is_tiny(geometry) {
+                return 1.0;
+            }
+            let (centre, radius) = geometry.ball(time);
+            let eye = Bounds::of([centre]).gap(eyes).max(0.0);
+            let near = nearest(accel, centre, 2.0 * radius, time, rays).min(scene_radius / 4.0);
+            (share(geometry, eye.min(near)) / TINY).min(1.0)
         };
         // There may be very many lights, and few that differ in their spectra.
         let mut known = HashMap::new();
@@ -238,11 +261,14 @@ impl Compiler<'_> {
         let seen = lights.iter().map(|light| {
             luminance_of(light.spectrum())
                 * match light {
-                    Light::Area { radiance: Texture::Uniform(_), .. } => 1.0,
-                    Light::Area { radiance, mean, .. } => {
+                    Light::Area { geometry, radiance, mean } => {
                         let range = self.options.range;
-                        let peak = radiance.max_bound(range) / mean.bounds(range).1;
-                        if peak.is_finite() { (peak / HEAD).max(1.0) } else { 1.0 }
+                        let peak = match radiance {
+                            Texture::Uniform(_) => 1.0,
+                            _ => radiance.max_bound(range) / mean.bounds(range).1,
+                        };
+                        let peak = if peak.is_finite() { (peak / HEAD).max(1.0) } else { 1.0 };
+                        peak * darker(geometry)
                     }
                     Light::Point { position, .. } => 1.0 / area(*position),
                     Light::Spot(spot) => 1.0 / area(spot.position),
@@ -321,16 +347,17 @@ fn surroundings(environment: &Environment, scene_radius: f64) -> (&Spectrum, f64
     (environment.mean(), PI * 4.0 * PI * scene_radius * scene_radius)
 }
 
-/// About how far the nearest surface is from a place, by so many rays in directions that are spread evenly (a
-/// Fibonacci lattice on the sphere).
-fn nearest(accel: &Accel, place: Vec3, time: f64, rays: u32) -> f64 {
+/// About how far the nearest surface is from a place, leaving out those within a distance, by so many rays in
+/// directions that are spread evenly (a Fibonacci lattice on the sphere).
+fn nearest(accel: &Accel, place: Vec3, beyond: f64, time: f64, rays: u32) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let distance = |i: u32| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(rays);
         let (sin, cos) = (TAU * (f64::from(i) * GOLDEN).fract()).sin_cos();
         let across = (1.0 - z * z).sqrt();
-        let ray = Ray::new(place, Vec3::new(across * cos, across * sin, z));
-        accel.closest(&ray, time).map_or(f64::INFINITY, |hit| hit.t)
+        let direction = Vec3::new(across * cos, across * sin, z);
+        let hit = accel.closest(&Ray::new(place + beyond * direction, direction), time);
+        hit.map_or(f64::INFINITY, |hit| beyond + hit.t)
     };
     (0..rays).map(distance).fold(f64::INFINITY, f64::min)
 }

@@ -309,7 +309,8 @@ impl Compiler<'_> {
         let reference_radiance = match integrator {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
             Integrator::Path | Integrator::Walk => {
-                self.reference(&film, &lights, &emitting, scene_radius, &accel, shutter.time(0.5))
+                let eyes = camera.origins(during);
+                self.reference(&film, &lights, &emitting, scene_radius, &accel, eyes, shutter.time(0.5))
             }
         };
         let warnings = match integrator {

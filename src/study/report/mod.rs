@@ -56,6 +56,16 @@ struct Series<'a> {
     against_time: Option<PowerLaw>,
 }
 
+/// One for each technique: two estimators with three numbers of wavelengths.
+const DASHES: [Option<Dash>; 6] = [
+    None,
+    Some(Dash(6.0, 3.0)),
+    Some(Dash(2.0, 3.0)),
+    Some(Dash(14.0, 4.0)),
+    Some(Dash(6.0, 8.0)),
+    Some(Dash(1.0, 6.0)),
+];
+
 /// When a series reaches the target.
 #[derive(Clone, Copy)]
 struct Reached {
@@ -121,7 +131,7 @@ impl Findings<'_> {
                     label,
                     ink: INKS[place % INKS.len()],
                     marker: Marker::ALL[place % Marker::ALL.len()],
-                    dash: [None, Some(Dash(6.0, 3.0)), Some(Dash(2.0, 3.0))][dash % 3],
+                    dash: DASHES[dash % DASHES.len()],
                     against_samples: law(|run| f64::from(run.id.samples_per_pixel)),
                     against_time: law(|run| run.cpu_seconds),
                     runs,

@@ -5,8 +5,9 @@ use super::plots::ReportFigure;
 use super::{Findings, Series, percent, short, slope};
 use crate::plot::{FONTS, escaped};
 use crate::sampling::SamplerKind;
+use crate::stats::Estimate;
 use crate::study::fit::student_95;
-use crate::study::{ReferenceRequest, reference};
+use crate::study::{ReferenceRequest, Run, reference};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use std::fmt::Write;
@@ -86,15 +87,16 @@ fn case_label(findings: &Findings, case: usize) -> String {
 
 /// What was found, in a sentence.
 fn summary(findings: &Findings, section: &Section) -> String {
-    let best = section
+    let told: Vec<(&Series, &Run)> = section
         .series
         .iter()
         .filter_map(|series| Some((series, *series.runs.last()?)))
         .filter(|(_, run)| run.relmse.len() > 1 && run.efficiency().is_finite() && run.efficiency() > 0.0)
-        .max_by(|a, b| a.1.efficiency().total_cmp(&b.1.efficiency()));
+        .collect();
+    let best = told.iter().max_by(|a, b| a.1.efficiency().total_cmp(&b.1.efficiency()));
     let label = case_label(findings, section.case);
     let with = if label.is_empty() { "At".to_owned() } else { format!("With {label}, at") };
-    let Some((series, run)) = best else {
+    let Some(&(series, run)) = best else {
         return "No run has an error that can be told from 0.".to_owned();
     };
     let gain = series
@@ -107,13 +109,31 @@ fn summary(findings: &Findings, section: &Section) -> String {
                 short(run.efficiency() / other.efficiency())
             )
         });
+    let tied: Vec<&str> = told
+        .iter()
+        .filter(|(other, with)| other.label != series.label && is_as_efficient(with, run))
+        .map(|(other, _)| other.label.as_str())
+        .collect();
+    let tied = match tied.as_slice() {
+        [] => String::new(),
+        names => format!(" Within the noise of the errors as efficient: {}.", names.join("; ")),
+    };
     format!(
-        "{with} {} samples per pixel, {} is the most efficient of the random samplers{gain}: relative RMSE {} in {} s of CPU time.",
+        "{with} {} samples per pixel, {} is the most efficient of the random samplers{gain}: relative RMSE {} in {} s of CPU time.{tied}",
         run.id.samples_per_pixel,
         series.label,
         percent(run.error().mean.max(0.0).sqrt()),
         short(run.cpu_seconds)
     )
+}
+
+/// Whether the efficiencies of two runs can't be told apart: the errors of both relMSE, at 95 %, reach from
+/// one to the other. Times have no error here.
+fn is_as_efficient(a: &Run, b: &Run) -> bool {
+    let [of_a, of_b] = [a, b].map(Run::error);
+    let relative = |of: Estimate| of.error() / of.mean;
+    let reach = student_95(of_a.degrees + of_b.degrees) * relative(of_a).hypot(relative(of_b));
+    (a.efficiency() / b.efficiency()).ln().abs() < reach
 }
 
 fn listed<T: ToString>(items: &[T]) -> String {
@@ -170,7 +190,7 @@ fn asked(out: &mut String, findings: &Findings) {
 }
 
 /// Value ± half of its 95 % interval, from replicates.
-fn with_interval(run: &crate::study::Run) -> String {
+fn with_interval(run: &Run) -> String {
     let error = run.error();
     if error.variance > 0.0 {
         let half = student_95(error.degrees) * error.error();

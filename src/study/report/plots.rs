@@ -38,29 +38,22 @@ fn point(x: f64, relmse: Estimate) -> Point {
 
 /// Measured points and the fitted line of each series.
 fn curves(series: &[Series], of: impl Fn(&Series) -> (Vec<Point>, Option<PowerLaw>, String)) -> Vec<Curve> {
-    let mut curves = Vec::new();
-    for series in series {
+    let curve = |series: &Series| {
         let (points, law, name) = of(series);
         let ends = [points.first(), points.last()].into_iter().flatten().map(|point| point.x);
-        let fitted = law.map_or(Vec::new(), |law| ends.map(|x| Point::new(x, law.at(x))).collect());
-        curves.push(Curve {
-            name: String::new(),
-            ink: series.ink,
-            points: fitted,
-            marker: None,
-            line: 1.4,
-            dash: series.dash,
-        });
-        curves.push(Curve {
+        let fitted: Vec<Point> =
+            law.map_or(Vec::new(), |law| ends.map(|x| Point::new(x, law.at(x))).collect());
+        Curve {
             name,
             ink: series.ink,
             points,
+            line: if fitted.is_empty() { 0.0 } else { 1.4 },
+            fitted,
             marker: Some(series.marker),
-            line: 0.0,
-            dash: None,
-        });
-    }
-    curves
+            dash: series.dash,
+        }
+    };
+    series.iter().map(curve).collect()
 }
 
 fn error_against_samples(findings: &Findings, series: &[Series]) -> ReportFigure {
@@ -130,6 +123,7 @@ fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> Re
         name: format!("{} is the target", percent(target)),
         ink: Ink::Grey(8),
         points: ends.map(|x| Point::new(x, target)).to_vec(),
+        fitted: Vec::new(),
         marker: None,
         line: 1.0,
         dash: Some(Dash(3.0, 3.0)),
@@ -202,9 +196,10 @@ fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Report
     let panel = |picture: &EqualTime| {
         let (width, values) = middle(picture.width, &picture.errors);
         Panel {
-            title: format!("{}, {} samples per pixel", label(picture), picture.id.samples_per_pixel),
+            title: label(picture),
             note: format!(
-                "{} s, relative RMSE {}",
+                "{} spp, {} s, RMSE {}",
+                picture.id.samples_per_pixel,
                 short(picture.cpu_seconds),
                 percent(picture.relmse.max(0.0).sqrt())
             ),
@@ -260,6 +255,7 @@ fn radial(title: &str, x: &str, all: &[(&Series, String, &Spectrum)]) -> Drawing
             .zip(&spectrum.radial.power)
             .map(|(&x, &y)| Point::new(x, y.max(LEAST_POWER)))
             .collect(),
+        fitted: Vec::new(),
         marker: None,
         line: 1.8,
         dash: series.dash,
