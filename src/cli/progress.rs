@@ -2,6 +2,7 @@
 
 use super::pulse::Pulse;
 use abbe::film::Film;
+use abbe::output::target::Target;
 use abbe::render::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
@@ -141,7 +142,7 @@ impl Progress for RenderProgress {
     }
 
     fn pass_done(&self, film: &Film) {
-        self.tells(match film.relative_error() {
+        self.tells(match Target::mean_error(film) {
             Some(error) => format!("error {}", percent(error)),
             None => NO_ERROR_YET.to_owned(),
         });

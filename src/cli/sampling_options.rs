@@ -17,8 +17,8 @@ use abbe::units::WavelengthRange;
 /// same ones.
 #[derive(clap::Args)]
 pub struct SamplingOptions {
-    /// Samples per pixel, the mean over the picture: a pilot gives more to pixels that err more. They are
-    /// dealt into replicates whose spread gives the error [default: what the scene says]
+    /// Samples per pixel in the mean over the picture, or a little fewer: a pilot gives more to pixels that
+    /// err more. They are dealt into replicates whose spread gives the error [default: what the scene says]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1 << 24))]
     pub spp: Option<u32>,
 

@@ -282,23 +282,6 @@ impl Film {
         self.measured(x, y, Quantity::Bin(bin))
     }
 
-    /// Over all pixels that are shown, the mean standard error of Y over the mean of Y; of all responses
-    /// instead of Y where the sensor has its own. `None` where it is not known.
-    pub fn relative_error(&self) -> Option<f64> {
-        let (mut mean, mut error) = (0.0, 0.0);
-        let mut add = |measured: Measured| {
-            mean += measured.mean;
-            error += measured.error;
-        };
-        for (x, y) in self.shown() {
-            match self.extras.responses.len() {
-                0 => add(self.combined(x, y, [0.0, 1.0, 0.0])),
-                responses => (0..responses).for_each(|response| add(self.response(x, y, response))),
-            }
-        }
-        (error.is_finite() && mean > 0.0).then(|| error / mean)
-    }
-
     fn index(&self, x: u32, y: u32) -> usize {
         y as usize * self.width as usize + x as usize
     }

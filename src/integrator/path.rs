@@ -346,7 +346,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     ) -> Option<Ray> {
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(self.vertex));
         let scatter = shading.sample(lobes.start + (lobes.end - lobes.start) * lobe, [u, v]);
-        let passes = scatter.as_ref().is_some_and(|scatter| passes(shading, scatter));
+        let passes = scatter.as_ref().is_some_and(|scatter| shading.passes(scatter));
         self.alpha_hit |= scene.limits.surface_covers(passes);
         let goes_on = !self.is_last(scene) || (passes && !scene.limits.null_is_a_segment);
         let Some(scatter) = scatter.filter(|_| goes_on) else {
@@ -367,7 +367,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         shading: &Shading<C>,
         scatter: &Scatter<C>,
     ) -> Ray {
-        let passes = passes(shading, scatter);
+        let passes = shading.passes(scatter);
         let prior = self.ratio.sum();
         self.through_discrete &= shading.bsdf.is_discrete();
         self.throughput *= scatter.weight;
@@ -509,9 +509,4 @@ impl<const C: usize, O: Observe> Path<C, O> {
             roulette_survival(self.roulette_throughput(), late)
         }
     }
-}
-
-/// Whether a path passes the surface by null transmission.
-fn passes<const C: usize>(shading: &Shading<C>, scatter: &Scatter<C>) -> bool {
-    scatter.transmitted && shading.bsdf.has_null_transmission()
 }

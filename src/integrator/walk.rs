@@ -27,6 +27,10 @@ pub fn radiance<const C: usize>(
     let mut media = scene.media_at_sensor(&ray, time);
     let (mut arriving, mut throughput) = (0.0, 1.0);
     let mut alpha_hit = scene.limits.sky_covers(scene);
+    let chance_to_go_on = |throughput: f64, vertex: u32| match vertex + 1 < scene.limits.rr_depth {
+        true => f64::from(u8::from(throughput > 0.0)),
+        false => throughput.min(LIKELIEST),
+    };
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
         let kind = if vertex == 0 { RayKind::Camera } else { RayKind::Scattered };
@@ -55,7 +59,7 @@ pub fn radiance<const C: usize>(
             alpha_hit = true;
             throughput *= scattering.albedo(position, &hero.nm).hero();
             let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(vertex));
-            let survival_probability = throughput.min(LIKELIEST);
+            let survival_probability = chance_to_go_on(throughput, vertex);
             let last = vertex + 1 >= scene.limits.max_depth;
             if last || survival >= survival_probability {
                 scene.path_ended(if last { PathEnd::MaxDepth } else { PathEnd::Roulette }, vertex + 1);
@@ -89,8 +93,7 @@ pub fn radiance<const C: usize>(
         let shading = scene.shade(&hit, -ray.direction, &media, &hero, choice);
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
         let scatter = shading.sample(lobe, [u, v]);
-        let passes = scatter.as_ref().is_some_and(|scatter| scatter.transmitted)
-            && shading.bsdf.has_null_transmission();
+        let passes = scatter.as_ref().is_some_and(|scatter| shading.passes(scatter));
         alpha_hit |= scene.limits.surface_covers(passes);
         let Some(scatter) = scatter.filter(|_| !last) else {
             scene.path_ended(if last { PathEnd::MaxDepth } else { PathEnd::Absorbed }, vertex + 1);
@@ -101,7 +104,7 @@ pub fn radiance<const C: usize>(
             scene.pass_through(&hit, direction, &mut media);
         }
         throughput *= scatter.weight.hero();
-        let survival_probability = throughput.min(LIKELIEST);
+        let survival_probability = chance_to_go_on(throughput, vertex);
         if survival >= survival_probability {
             let end = if throughput > 0.0 { PathEnd::Roulette } else { PathEnd::Absorbed };
             scene.path_ended(end, vertex + 1);

@@ -106,10 +106,26 @@ impl Materials {
         nm: &[f64; C],
         exterior: Exterior<'_>,
     ) -> Sampled<C> {
-        let of = |id: MaterialId| self.null_transmittance(id, at, toward_eye, nm, exterior);
+        self.null_transmittance_in(at.frame, id, at, toward_eye, nm, exterior)
+    }
+
+    /// The same in a frame that normal maps may have turned.
+    fn null_transmittance_in<const C: usize>(
+        &self,
+        frame: Frame,
+        id: MaterialId,
+        at: &ShadingPoint,
+        toward_eye: Vec3,
+        nm: &[f64; C],
+        exterior: Exterior<'_>,
+    ) -> Sampled<C> {
+        let of = |id: MaterialId| self.null_transmittance_in(frame, id, at, toward_eye, nm, exterior);
         match self.get(id) {
             Material::TwoSided { front, back } => {
-                of(if at.frame.z.dot(toward_eye) < 0.0 { *back } else { *front })
+                let is_behind = frame.z.dot(toward_eye) < 0.0;
+                let seen = if is_behind { Frame { z: -frame.z, ..frame } } else { frame };
+                let side = if is_behind { *back } else { *front };
+                self.null_transmittance_in(seen, side, at, toward_eye, nm, exterior)
             }
             Material::Mask { opacity, nested } => {
                 let opacity = opacity.value(&at.texture).clamp(0.0, 1.0);
@@ -120,9 +136,12 @@ impl Materials {
                 let weight = weight.value(&at.texture).clamp(0.0, 1.0);
                 of(*first) * (1.0 - weight) + of(*second) * weight
             }
-            Material::NormalMapping { nested, .. } => of(*nested),
+            Material::NormalMapping { mapping, nested } => {
+                let (turned, _) = mapping.turn(&frame, at, toward_eye);
+                self.null_transmittance_in(turned, *nested, at, toward_eye, nm, exterior)
+            }
             Material::Bsdf(bsdf) => {
-                bsdf.sample(&at.texture, nm, exterior).null_transmittance(at.frame.to_local(toward_eye))
+                bsdf.sample(&at.texture, nm, exterior).null_transmittance(frame.to_local(toward_eye))
             }
         }
     }
@@ -151,10 +170,16 @@ impl<const C: usize> Shading<C> {
         self.in_world(mirror)
     }
 
-    /// A sample of the BSDF in world space. `None` where the normal's factor is zero there.
+    /// Whether a sample goes on as if there were no surface.
+    pub fn passes(&self, scatter: &Scatter<C>) -> bool {
+        scatter.transmitted && self.bsdf.has_null_transmission()
+    }
+
+    /// A sample of the BSDF in world space. `None` where the normal's factor is zero there. Where there is no
+    /// surface its normal counts for nothing.
     fn in_world(&self, scatter: Scatter<C>) -> Option<Scatter<C>> {
         let toward_light = self.frame.to_world(scatter.toward_light).normalize();
-        let factor = self.factor(toward_light);
+        let factor = if self.passes(&scatter) { 1.0 } else { self.factor(toward_light) };
         (factor > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * factor, ..scatter })
     }
 

@@ -4,6 +4,7 @@
 use super::error_bars;
 use crate::film::{Film, NOISE_TILE, Quantity, Region};
 use crate::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
+use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -110,16 +111,24 @@ fn of_tiles(film: &Film, values: &[f64]) -> Vec<f64> {
 
 /// The error bars of all pixels that are measured, squared, from what equal runs of replicates, so many in
 /// number, tell of a pixel.
-fn calibrated(film: &Film, variance: impl Fn(u32, u32, u32) -> f64) -> Vec<f64> {
+fn calibrated(film: &Film, variance: impl Fn(u32, u32, u32) -> f64 + Sync) -> Vec<f64> {
     let (window, measured) = (film.extent.window, film.extent.measured);
+    let [width, height] = measured.size;
     let variances = |parts: u32| -> Vec<f64> {
-        Region::whole(measured.size).pixels().map(|[x, y]| variance(parts, x, y)).collect()
+        let row = |y: u32| (0..width).map(|x| variance(parts, x, y)).collect::<Vec<f64>>();
+        (0..height).into_par_iter().flat_map_iter(row).collect()
     };
     let of_nets = film.nets().map(variances);
     error_bars::calibrated(window.size, measured, &variances(film.replicates), of_nets.as_deref())
 }
 
 impl Target {
+    /// The mean standard error of the luminance, or of all responses, over its mean, as the error bars of the
+    /// picture's file have it. `None` where there is none to know.
+    pub fn mean_error(film: &Film) -> Option<f64> {
+        Self { measure: ErrorMeasure::Error, bound: 1.0 }.estimate(film).map(|estimate| estimate.value)
+    }
+
     /// The error of what is shown. `None` where there is none to know: without replicates, or of a black
     /// picture.
     pub fn estimate(&self, film: &Film) -> Option<Estimate> {

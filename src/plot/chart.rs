@@ -140,6 +140,9 @@ const BAND: f64 = 14.0;
 
 /// About the width of a letter of the legend.
 const LETTER: f64 = 6.9;
+/// Width of what stands before a name in the legend, and height of a row.
+const KEY: f64 = 40.0;
+const ROW: f64 = 22.0;
 
 impl Chart {
     /// Draws it.
@@ -150,11 +153,12 @@ impl Chart {
         let named: Vec<&Series> = self.series.iter().filter(|series| !series.name.is_empty()).collect();
         let longest = named.iter().map(|series| series.name.chars().count()).max();
         let right =
-            WIDTH - longest.map_or(24.0, |letters| (52.0 + LETTER * letters as f64).min(0.45 * WIDTH));
+            WIDTH - longest.map_or(24.0, |letters| (26.0 + KEY + LETTER * letters as f64).min(0.5 * WIDTH));
         let across = |value| x.place(value).map(|place| LEFT + place * (right - LEFT));
         let up = |value| y.place(value).map(|place| BOTTOM - place * (BOTTOM - TOP));
 
-        let mut drawing = Drawing::new(WIDTH, HEIGHT, &self.title);
+        let rows_end = TOP + 12.0 + ROW * named.len() as f64;
+        let mut drawing = Drawing::new(WIDTH, HEIGHT.max(rows_end), &self.title);
         drawing.heading([LEFT, 28.0], &self.title);
         let band = if self.band.is_empty() { 0.0 } else { BAND };
         self.draw_axes(&mut drawing, (&x, &y), right, band);
@@ -172,14 +176,14 @@ impl Chart {
         });
         drawing.line(&[[LEFT, TOP], [LEFT, BOTTOM], [right, BOTTOM]], Ink::TEXT, 1.0, None);
         for (i, series) in named.into_iter().enumerate() {
-            let at = TOP + 12.0 + 22.0 * i as f64;
+            let (at, left) = (TOP + 12.0 + ROW * i as f64, right + 12.0);
             if series.line > 0.0 {
-                drawing.line(&[[right + 12.0, at], [right + 38.0, at]], series.ink, series.line, series.dash);
+                drawing.line(&[[left, at], [left + KEY, at]], series.ink, series.line, series.dash);
             }
             if let Some(marker) = series.marker {
-                marker.draw(&mut drawing, [right + 25.0, at], series.ink);
+                marker.draw(&mut drawing, [left + 0.5 * KEY, at], series.ink);
             }
-            drawing.text([right + 45.0, at + 4.5], &series.name, 13.0, Anchor::Start, Ink::TEXT);
+            drawing.text([left + KEY + 7.0, at + 4.5], &series.name, 13.0, Anchor::Start, Ink::TEXT);
         }
         drawing
     }
@@ -281,7 +285,7 @@ mod tests {
     #[test]
     fn points_are_where_the_axes_say() {
         let drawn = chart(vec![Point { x: 10.0, y: 1e-2, low: 5e-3, high: 2e-2 }]).draw();
-        let right = WIDTH - 52.0 - LETTER;
+        let right = WIDTH - 26.0 - KEY - LETTER;
         let image =
             image::load_from_memory(&drawn.png(1.0).expect("it can be drawn")).expect("a PNG").to_rgb8();
         let (x, y) = ((0.5 * (LEFT + right)) as u32, (0.5 * (TOP + BOTTOM)) as u32);

@@ -16,9 +16,10 @@ use std::path::PathBuf;
 ///
 /// Give the options that the picture was rendered with: the sample is then the very one that is in it. With
 /// the estimator plain a sample is one path, and the path is all of it. With shared the sample is told as the
-/// sum of its own light and of what the paths of the pixels of its group bring to it, and the path that
-/// brings the most is told as that pixel alone would follow it: up to its second surface it is the one that
-/// is shared, and beyond it Russian roulette may decide otherwise. Light subpaths are not told.
+/// sum of its own light and of what the paths of the pixels of its group bring to it. Where one of these
+/// brings more than its own light, the one that brings the most is told as that pixel alone would follow it:
+/// up to its second surface it is the one that is shared, and beyond it Russian roulette may decide
+/// otherwise. Else the sample's own path is told. Light subpaths are not told.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

@@ -4,7 +4,7 @@ use super::super::print_message;
 use super::super::progress::percent;
 use super::Args;
 use abbe::film::{BadValues, Film, Region};
-use abbe::output::target::{ErrorMeasure, Target};
+use abbe::output::target::Target;
 use abbe::render::Settings;
 use abbe::scene::Scene;
 use abbe::scene::description::{Description, Note};
@@ -115,21 +115,21 @@ pub(super) fn print(path: &Path, png: Option<&Path>, film: &Film, before: u64, s
     let done = film.total_samples();
     let Region { size: [width, height], .. } = film.extent.shown;
     let pixels = film.extent.shown.pixel_count();
-    // As the error bars of the file have it.
-    let error = Target { measure: ErrorMeasure::Error, bound: 1.0 }
-        .estimate(film)
-        .map_or("error not known".to_owned(), |estimate| format!("error {}", percent(estimate.value)));
+    // Pixels that err more may have more than others.
+    let per_pixel = (10.0 * done as f64 / pixels as f64).round() / 10.0;
+    let error = Target::mean_error(film)
+        .map_or("error not known".to_owned(), |error| format!("error {}", percent(error)));
     let speed = match done - before {
         0 => "nothing left to do".to_owned(),
         taken => format!("{seconds:.1} s, {:.2} million samples/s", taken as f64 / seconds.max(1e-9) / 1e6),
     };
     print_message(&format!(
-        "{}{}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {speed}",
+        "{}{}: {}×{}, {} samples per pixel in {} replicates, {error} of the mean luminance, {speed}",
         path.display(),
         png.map_or_else(String::new, |png| format!(" and {}", png.display())),
         width,
         height,
-        done as f64 / pixels as f64,
+        per_pixel,
         film.replicates,
     ));
 }

@@ -216,6 +216,8 @@ impl Compiler<'_> {
         /// A lamp that fills less than this share of all directions, from wherever it is seen, is all but
         /// never met by chance: what it lights is so much darker than itself that the film keeps to that.
         const TINY: f64 = 1.0 / (1u64 << 30) as f64;
+        /// A few samples that meet a lamp nevertheless fit.
+        const LEAST: f64 = 1.0 / (1u64 << 20) as f64;
         let luminance = |spectrum: &Spectrum| {
             let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
             let responses = film.channels.iter().map(|channel| {
@@ -250,7 +252,7 @@ impl Compiler<'_> {
             let (centre, radius) = geometry.ball(time);
             let eye = Bounds::of([centre]).gap(eyes).max(0.0);
             let near = nearest(accel, centre, 2.0 * radius, time, rays).min(scene_radius / 4.0);
-            (share(geometry, eye.min(near)) / TINY).min(1.0)
+            (share(geometry, eye.min(near)) / TINY).clamp(LEAST, 1.0)
         };
         // There may be very many lights, and few that differ in their spectra.
         let mut known = HashMap::new();

@@ -4,13 +4,14 @@ mod page;
 mod plots;
 mod tables;
 
-use super::fit::{Measurement, PowerLaw};
+use super::fit::{Measurement, PowerLaw, student_95};
 use super::measure::{EqualTime, equal_time};
 use super::{Case, Folder, Reference, Request, Run, RunId, Spectrum, spectra};
 use crate::integrator::Estimator;
 use crate::plot::{Dash, INKS, Ink, Marker};
 use crate::render::{Progress, WavelengthCount};
 use crate::sampling::SamplerKind;
+use crate::stats::Estimate;
 use std::io;
 
 /// A finished study with what it was asked and where.
@@ -61,10 +62,13 @@ const DASHES: [Option<Dash>; 6] = [
     None,
     Some(Dash(6.0, 3.0)),
     Some(Dash(2.0, 3.0)),
-    Some(Dash(14.0, 4.0)),
-    Some(Dash(6.0, 8.0)),
-    Some(Dash(1.0, 6.0)),
+    Some(Dash(10.0, 4.0)),
+    Some(Dash(5.0, 7.0)),
+    Some(Dash(1.0, 4.0)),
 ];
+
+/// How often a picture that takes too long is made again.
+const AGAIN: u32 = 2;
 
 /// When a series reaches the target.
 #[derive(Clone, Copy)]
@@ -98,7 +102,7 @@ impl Series<'_> {
 impl Findings<'_> {
     fn series(&self, case: usize) -> Vec<Series<'_>> {
         let mut all = Vec::new();
-        for (dash, (estimator, wavelengths)) in self.request.techniques().enumerate() {
+        for (technique, (estimator, wavelengths)) in self.request.techniques().enumerate() {
             for &sampler in &self.request.samplers {
                 let mut runs: Vec<&Run> = self
                     .runs
@@ -130,8 +134,8 @@ impl Findings<'_> {
                     wavelengths,
                     label,
                     ink: INKS[place % INKS.len()],
-                    marker: Marker::ALL[place % Marker::ALL.len()],
-                    dash: DASHES[dash % DASHES.len()],
+                    marker: Marker::ALL[(place + technique) % Marker::ALL.len()],
+                    dash: DASHES[technique % DASHES.len()],
                     against_samples: law(|run| f64::from(run.id.samples_per_pixel)),
                     against_time: law(|run| run.cpu_seconds),
                     runs,
@@ -153,7 +157,9 @@ impl Findings<'_> {
         self.context.target.unwrap_or(if reached > 0.0 { reached } else { 0.01 })
     }
 
-    /// One picture of every sampler in the time that the fastest takes for the shown number of samples.
+    /// One picture of every sampler in about the time that the fastest takes for the shown number of samples.
+    /// What a sampler prepares doesn't grow with the samples: a picture that takes longer for it is made again
+    /// with fewer.
     fn equal_times(&self, series: &[Series], progress: &dyn Progress) -> Vec<EqualTime> {
         let shown = self.request.shown_samples();
         let seconds = |series: &Series| series.at(shown).map(|run| run.cpu_seconds).filter(|s| *s > 0.0);
@@ -162,12 +168,20 @@ impl Findings<'_> {
             .iter()
             .filter_map(|series| {
                 let fraction = budget / seconds(series)?;
-                let id = RunId {
-                    samples_per_pixel: ((f64::from(shown) * fraction).round() as u32).max(1),
-                    ..series.at(shown)?.id.clone()
-                };
                 let (case, reference) = (self.cases.get(series.case)?, self.references.get(series.case)?);
-                Some(equal_time(self.request, case, id, reference, progress))
+                let picture = |samples: f64| {
+                    let samples_per_pixel = (samples.round() as u32).max(1);
+                    let id = RunId { samples_per_pixel, ..series.at(shown)?.id.clone() };
+                    Some(equal_time(self.request, case, id, reference, progress))
+                };
+                let mut made = picture(f64::from(shown) * fraction)?;
+                for _ in 0..AGAIN {
+                    if made.cpu_seconds < 1.3 * budget || made.id.samples_per_pixel == 1 {
+                        break;
+                    }
+                    made = picture(f64::from(made.id.samples_per_pixel) * budget / made.cpu_seconds)?;
+                }
+                Some(made)
             })
             .collect()
     }
@@ -213,7 +227,8 @@ fn short(value: f64) -> String {
     }
     let power = value.abs().log10().floor() as i32;
     let text = if (-3..=4).contains(&power) {
-        format!("{value:.*}", (2 - power).max(0) as usize)
+        let step = 10f64.powi((power - 2).max(0));
+        format!("{:.*}", (2 - power).max(0) as usize, (value / step).round() * step)
     } else {
         let digits = format!("{value:.2e}");
         let (mantissa, exponent) = digits.split_once('e').unwrap_or((&digits, "0"));
@@ -225,6 +240,12 @@ fn short(value: f64) -> String {
 
 fn superscript(c: char) -> char {
     "-0123456789".find(c).and_then(|at| "⁻⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(at)).unwrap_or(c)
+}
+
+/// The factor to which the 95 % interval of an error reaches up and down: that of its logarithm, to first
+/// order.
+fn interval_factor(of: Estimate) -> f64 {
+    if of.variance > 0.0 { (student_95(of.degrees) * of.error() / of.mean).exp() } else { 1.0 }
 }
 
 fn percent(fraction: f64) -> String {

@@ -2,7 +2,7 @@
 //! scripts.
 
 use super::plots::ReportFigure;
-use super::{Findings, Series, percent, short, slope};
+use super::{Findings, Series, interval_factor, percent, short, slope};
 use crate::plot::{FONTS, escaped};
 use crate::sampling::SamplerKind;
 use crate::stats::Estimate;
@@ -97,7 +97,17 @@ fn summary(findings: &Findings, section: &Section) -> String {
     let label = case_label(findings, section.case);
     let with = if label.is_empty() { "At".to_owned() } else { format!("With {label}, at") };
     let Some(&(series, run)) = best else {
-        return "No run has an error that can be told from 0.".to_owned();
+        let only = section.series.iter().find_map(|series| Some((series, *series.runs.last()?)));
+        return match only {
+            Some((series, run)) if run.relmse.len() == 1 => format!(
+                "{with} {} samples per pixel, {} has a relative RMSE of {} in {} s of CPU time.",
+                run.id.samples_per_pixel,
+                series.label,
+                percent(run.error().mean.max(0.0).sqrt()),
+                short(run.cpu_seconds)
+            ),
+            _ => "No run has an error that can be told from 0.".to_owned(),
+        };
     };
     let gain = series
         .of_sampler(&section.series, SamplerKind::Independent)
@@ -111,7 +121,8 @@ fn summary(findings: &Findings, section: &Section) -> String {
         });
     let tied: Vec<&str> = told
         .iter()
-        .filter(|(other, with)| other.label != series.label && is_as_efficient(with, run))
+        .filter(|(other, _)| other.label != series.label)
+        .filter(|(_, other)| run.efficiency() / other.efficiency() < ratio_factor(run, other))
         .map(|(other, _)| other.label.as_str())
         .collect();
     let tied = match tied.as_slice() {
@@ -127,13 +138,12 @@ fn summary(findings: &Findings, section: &Section) -> String {
     )
 }
 
-/// Whether the efficiencies of two runs can't be told apart: the errors of both relMSE, at 95 %, reach from
-/// one to the other. Times have no error here.
-fn is_as_efficient(a: &Run, b: &Run) -> bool {
-    let [of_a, of_b] = [a, b].map(Run::error);
+/// The factor to which the 95 % interval of the ratio of two runs' efficiencies reaches. It is of the errors:
+/// times have none here.
+fn ratio_factor(a: &Run, b: &Run) -> f64 {
+    let [a, b] = [a, b].map(Run::error);
     let relative = |of: Estimate| of.error() / of.mean;
-    let reach = student_95(of_a.degrees + of_b.degrees) * relative(of_a).hypot(relative(of_b));
-    (a.efficiency() / b.efficiency()).ln().abs() < reach
+    (student_95(a.degrees + b.degrees) * relative(a).hypot(relative(b))).exp()
 }
 
 fn listed<T: ToString>(items: &[T]) -> String {
@@ -189,20 +199,24 @@ fn asked(out: &mut String, findings: &Findings) {
     let _ = writeln!(out, "</table>");
 }
 
-/// Value ± half of its 95 % interval, from replicates.
+/// Value and its 95 % interval, from replicates: ± half of it, or a factor where it is so wide that it is
+/// not about even.
 fn with_interval(run: &Run) -> String {
     let error = run.error();
-    if error.variance > 0.0 {
-        let half = student_95(error.degrees) * error.error();
-        // As many decimals as the second digit of the interval asks for.
-        let decimals = (1.0 - half.log10().floor()).clamp(0.0, 12.0) as usize;
-        if (1e-4..1e4).contains(&error.mean.abs()) {
-            format!("{:.decimals$} ± {half:.decimals$}", error.mean).replace('-', "−")
-        } else {
-            format!("{} ± {}", short(error.mean), short(half))
-        }
+    let factor = interval_factor(error);
+    if error.variance <= 0.0 || !factor.is_finite() {
+        return short(error.mean);
+    }
+    if factor > 1.25 {
+        return format!("{} ×/÷ {}", short(error.mean), short(factor));
+    }
+    let half = student_95(error.degrees) * error.error();
+    // As many decimals as the second digit of the interval asks for.
+    let decimals = (1.0 - half.log10().floor()).clamp(0.0, 12.0) as usize;
+    if (1e-4..1e4).contains(&error.mean.abs()) {
+        format!("{:.decimals$} ± {half:.decimals$}", error.mean).replace('-', "−")
     } else {
-        short(error.mean)
+        format!("{} ± {}", short(error.mean), short(half))
     }
 }
 
@@ -220,7 +234,9 @@ fn results(out: &mut String, findings: &Findings, section: &Section) {
             .of_sampler(&section.series, SamplerKind::Independent)
             .and_then(|independent| independent.at(last));
         let gain = run.zip(independent).map_or("–".to_owned(), |(run, other)| {
-            format!("{} ×", short(run.efficiency() / other.efficiency()))
+            let gain = short(run.efficiency() / other.efficiency());
+            let factor = ratio_factor(run, other);
+            if factor > 1.0 && factor.is_finite() { format!("{gain} ×/÷ {}", short(factor)) } else { gain }
         });
         let time = series.reached(section.target).map_or("–".to_owned(), |reached| {
             let mark = if reached.extrapolated { "*" } else { "" };
@@ -242,7 +258,8 @@ fn results(out: &mut String, findings: &Findings, section: &Section) {
     let _ = writeln!(
         out,
         "</table>\n<p>Slopes are of log RMSE, ± half of the 95 % interval. Efficiency is 1/(relMSE × CPU seconds). \
-         ×/÷ is the factor of the 95 % interval of a time; * marks times beyond those that were measured.</p>"
+         ×/÷ is the factor of a 95 % interval; that over independent samples is of the errors alone, as times are measured once. \
+         * marks times beyond those that were measured.</p>"
     );
 }
 
@@ -258,11 +275,11 @@ fn method(out: &mut String, findings: &Findings) {
         "The error of a replicate A is relMSE = mean((A − B)²/(B² + 0.01·mean(B)²)) of the luminance Y over all pixels, with the reference B; \
          relative RMSE is its square root. The reference has noise of its own, which adds its variance to every relMSE; that is known from the \
          reference's replicates and has been subtracted. What is told of a run is the mean over its replicates; its 95 % interval is from \
-         their spread, by Student's t."
+         their spread, by Student's t, of the logarithm to first order: where it is wide it is told as a factor (×/÷)."
             .to_owned(),
-        "Slopes are fitted to log RMSE by least squares, each point weighed by the inverse of its variance, which is (σ/relMSE)²/4 to first \
-         order. Where the points scatter about the line by more than their variances say, the interval is enlarged by √(χ²/(n − 2)). The \
-         regular grid has no variances: there the scatter alone tells."
+        "Slopes are fitted to log RMSE by least squares. All points weigh the same, by the mean of their variances, which are (σ/relMSE)²/4 to \
+         first order. Where the points scatter about the line by more than these say, the interval is enlarged by √(χ²/(n − 2)), with n − 2 \
+         degrees of freedom. The regular grid has no variances: there the scatter alone tells."
             .to_owned(),
         "CPU time is what the operating system counts for the whole process while a run is rendered, user and system time of all threads, \
          over the number of replicates. It includes what a sampler prepares once for a render. The time to a target error is where the \

@@ -1,9 +1,9 @@
-use super::{Findings, Series, percent, short, slope};
+use super::{Findings, Reached, Series, interval_factor, percent, short, slope};
 use crate::plot::{Axis, Chart, Colours, Dash, Drawing, Ink, Panel, Panels, Point, Scale, Series as Curve};
 use crate::sampling::SamplerKind;
 use crate::stats::Estimate;
 use crate::study::Spectrum;
-use crate::study::fit::{PowerLaw, student_95};
+use crate::study::fit::PowerLaw;
 use crate::study::measure::EqualTime;
 
 /// A plot with what it is called and what it says.
@@ -31,12 +31,27 @@ pub(super) fn figures(
 
 /// Relative RMSE with its 95 % interval.
 fn point(x: f64, relmse: Estimate) -> Point {
-    let half = if relmse.variance > 0.0 { student_95(relmse.degrees) * relmse.error() } else { 0.0 };
-    let root = |value: f64| value.max(0.0).sqrt();
-    Point { x, y: root(relmse.mean), low: root(relmse.mean - half), high: root(relmse.mean + half) }
+    let (y, factor) = (relmse.mean.max(0.0).sqrt(), interval_factor(relmse).sqrt());
+    Point { x, y, low: y / factor, high: y * factor }
 }
 
-/// Measured points and the fitted line of each series.
+/// The best of several, with those that can't be told from it: `A (within the intervals no other than B; C)`.
+fn with_ties<T>(best: &(&Series, T), all: &[(&Series, T)], is_tied: impl Fn(&T, &T) -> bool) -> String {
+    let tied: Vec<&str> = all
+        .iter()
+        .filter(|(series, value)| series.label != best.0.label && is_tied(&best.1, value))
+        .map(|(series, _)| series.label.as_str())
+        .collect();
+    match tied.as_slice() {
+        [] => best.0.label.clone(),
+        names => {
+            format!("{} (within the intervals no other than {})", best.0.label, names.join("; "))
+        }
+    }
+}
+
+/// Measured points and the fitted line of each series. Where there are too few points for one, the line joins
+/// them.
 fn curves(series: &[Series], of: impl Fn(&Series) -> (Vec<Point>, Option<PowerLaw>, String)) -> Vec<Curve> {
     let curve = |series: &Series| {
         let (points, law, name) = of(series);
@@ -47,7 +62,7 @@ fn curves(series: &[Series], of: impl Fn(&Series) -> (Vec<Point>, Option<PowerLa
             name,
             ink: series.ink,
             points,
-            line: if fitted.is_empty() { 0.0 } else { 1.4 },
+            line: 1.4,
             fitted,
             marker: Some(series.marker),
             dash: series.dash,
@@ -80,11 +95,13 @@ fn error_against_samples(findings: &Findings, series: &[Series]) -> ReportFigure
     let laws: Vec<(&Series, PowerLaw)> =
         series.iter().filter(random).filter_map(|s| Some((s, s.against_samples?))).collect();
     let steepest = laws.iter().min_by(|a, b| a.1.slope.total_cmp(&b.1.slope));
-    let seen = steepest.map_or(String::new(), |(series, law)| {
+    let seen = steepest.map_or(String::new(), |best| {
+        let is_tied =
+            |a: &PowerLaw, b: &PowerLaw| b.slope - a.slope < a.slope_half_width.hypot(b.slope_half_width);
         format!(
             " The steepest line is that of {}, with a slope of {}; independent samples have −0.5 in theory.",
-            series.label,
-            slope(Some(law))
+            with_ties(best, &laws, is_tied),
+            slope(Some(&best.1))
         )
     });
     let curved: Vec<&str> = laws
@@ -99,13 +116,17 @@ fn error_against_samples(findings: &Findings, series: &[Series]) -> ReportFigure
             names.join(", ")
         ),
     };
+    let intervals = if laws.is_empty() && series.iter().all(|series| !random(&series)) {
+        String::new()
+    } else {
+        format!("with 95 % intervals from {} replicates, ", request.replicates)
+    };
     ReportFigure {
         name: "error-samples",
         drawing,
         caption: format!(
-            "Relative RMSE of the luminance against samples per pixel, with 95 % intervals from {} replicates, the fitted power \
-             laws and, in the legend, their slopes.{seen}{curved}",
-            request.replicates
+            "Relative RMSE of the luminance against samples per pixel, {intervals}the fitted power laws and, in the legend, their \
+             slopes.{seen}{curved}"
         ),
     }
 }
@@ -136,17 +157,18 @@ fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> Re
         band: Vec::new(),
     }
     .draw();
-    let first = series
-        .iter()
-        .filter_map(|series| Some((series, series.reached(target)?)))
-        .min_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
-    let seen = first.map_or(String::new(), |(series, reached)| {
-        let how = if reached.extrapolated { ", extrapolated" } else { "" };
+    let reached: Vec<(&Series, Reached)> =
+        series.iter().filter_map(|series| Some((series, series.reached(target)?))).collect();
+    let first = reached.iter().min_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
+    let seen = first.map_or(String::new(), |best| {
+        let how = if best.1.extrapolated { ", extrapolated" } else { "" };
+        let is_tied =
+            |a: &Reached, b: &Reached| (b.seconds / a.seconds).ln() < a.factor.ln().hypot(b.factor.ln());
         format!(
-            " The first to reach the target of {} is {}, after {} s{how}.",
+            " The first line to reach the target of {} is that of {}, after {} s{how}.",
             percent(target),
-            series.label,
-            short(reached.seconds)
+            with_ties(best, &reached, is_tied),
+            short(best.1.seconds)
         )
     });
     ReportFigure {
@@ -222,20 +244,14 @@ fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Report
         colours: Colours::Diverging,
     }
     .draw();
-    let rmse = |picture: &&EqualTime| picture.relmse;
-    let best = equal.iter().min_by(|a, b| rmse(a).total_cmp(&rmse(b)))?;
-    let worst = equal.iter().max_by(|a, b| rmse(a).total_cmp(&rmse(b)))?;
     Some(ReportFigure {
         name: "errors-at-equal-time",
         drawing,
         caption: format!(
             "Signed error of each pixel, relative to the reference, in one picture of each sampler made in about the CPU time that \
-             the fastest takes for its number of samples; above each stands what it took, all that a sampler prepares included. Red is too bright, blue too dark; the scale is the same for \
-             all.{part} The least error is that of {} ({}), the largest that of {} ({}).",
-            label(best),
-            percent(best.relmse.max(0.0).sqrt()),
-            label(worst),
-            percent(worst.relmse.max(0.0).sqrt())
+             the fastest takes for its number of samples; above each stands what it took, all that a sampler prepares included. Red is \
+             too bright, blue too dark; the scale is the same for all.{part} One picture is one throw of the dice: the table says which \
+             sampler errs less."
         ),
     })
 }
@@ -385,7 +401,7 @@ mod tests {
     fn an_error_bar_is_the_interval_of_the_root() {
         let point = point(4.0, Estimate { mean: 0.04, variance: 1e-6, degrees: 1e9 });
         assert!((point.y - 0.2).abs() < 1e-12);
-        assert!((point.high - (0.04f64 + 1.959_964e-3).sqrt()).abs() < 1e-6);
-        assert!((point.low - (0.04f64 - 1.959_964e-3).sqrt()).abs() < 1e-6);
+        let factor = (1.959_964e-3f64 / 0.04 / 2.0).exp();
+        assert!((point.high - 0.2 * factor).abs() < 1e-6 && (point.low - 0.2 / factor).abs() < 1e-6);
     }
 }
