@@ -158,8 +158,8 @@ impl Findings<'_> {
     }
 
     /// One picture of every sampler in about the time that the fastest takes for the shown number of samples.
-    /// What a sampler prepares doesn't grow with the samples: a picture that takes longer for it is made again
-    /// with fewer.
+    /// What a sampler prepares doesn't grow with the samples: a picture that takes longer for it is made
+    /// again with fewer.
     fn equal_times(&self, series: &[Series], progress: &dyn Progress) -> Vec<EqualTime> {
         let shown = self.request.shown_samples();
         let seconds = |series: &Series| series.at(shown).map(|run| run.cpu_seconds).filter(|s| *s > 0.0);
