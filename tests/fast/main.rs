@@ -32,5 +32,6 @@ mod solids;
 mod stats;
 mod stopped;
 mod study;
+mod surfaces;
 mod view;
 mod worked_examples;
