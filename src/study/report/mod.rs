@@ -227,7 +227,7 @@ fn short(value: f64) -> String {
     }
     let power = value.abs().log10().floor() as i32;
     let text = if (-3..=4).contains(&power) {
-        let step = 10f64.powi((power - 2).max(0));
+        let step = 10f64.powi(power - 2);
         format!("{:.*}", (2 - power).max(0) as usize, (value / step).round() * step)
     } else {
         let digits = format!("{value:.2e}");
@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn numbers_are_told_in_three_digits() {
         let told = [0.0, 1.0, 0.012345, 123.4, 56789.0, 1.2345e-5, -0.5, 1e9].map(short);
-        assert_eq!(told, ["0", "1.00", "0.0123", "123", "56789", "1.23·10⁻⁵", "−0.500", "1.00·10⁹"]);
+        assert_eq!(told, ["0", "1.00", "0.0123", "123", "56800", "1.23·10⁻⁵", "−0.500", "1.00·10⁹"]);
         assert_eq!(percent(0.05), "5.00 %");
         assert_eq!(percent(f64::INFINITY), "–");
     }
