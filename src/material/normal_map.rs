@@ -69,7 +69,7 @@ impl NormalMapping {
                 // The tangents of the displaced surface (Blinn, "Simulation of Wrinkled Surfaces", 1978),
                 // seen in the surface's plane: their parts along the normal are the height's slopes alone.
                 let [du, dv] = height.gradient(&at.texture).map(|slope| slope * scale);
-                // That of the surface, or of the map around this one; of the front where the back is seen, too.
+                // That of the surface or of the map around this one, on the front in any case.
                 let normal = frame.x.cross(frame.y);
                 let tangent = at.tangents[0] + normal * (du - normal.dot(at.tangents[0]));
                 let bitangent = at.tangents[1] + normal * (dv - normal.dot(at.tangents[1]));
