@@ -105,3 +105,30 @@ fn a_blend_of_phases_is_the_same_however_its_grid_is_given() {
     assert!(sums(in_texture) == expected && sums(copy) == expected);
     assert!(sums(in_fog(r#"<float name="weight" value="0"/>"#)) != expected);
 }
+
+/// A whole number beyond integers is a number where one is wanted, and refused with a remedy where an integer
+/// is. Messages about JSON name no tags of XML.
+#[test]
+fn integers_that_do_not_fit_are_told_as_in_xml() {
+    let read = |radius: &str, width: &str, seed: &str| {
+        let text = format!(
+            r#"{{"type": "scene", "light": {{"type": "constant"}},
+                "ball": {{"type": "sphere", "radius": {radius}}},
+                "eye": {{"type": "perspective", "film": {{"type": "hdrfilm", "width": {width}}},
+                        "sampler": {{"type": "independent", "seed": {seed}}}}}}}"#
+        );
+        let read = read_str(text, Path::new("scene.json"), &ReadOptions::default());
+        read.err().map_or(String::new(), |errors| errors.to_string())
+    };
+    assert_eq!(read("99999999999999999999", "16", "1"), "");
+    let told = read("1", "99999999999999999999", "18446744073709551615");
+    for name in ["\"width\" of film \"hdrfilm\"", "\"seed\" of sampler \"independent\""] {
+        assert!(told.contains(&format!("{name} does not fit an integer")), "{told}");
+    }
+    assert!(told.contains("expected one from -9223372036854775808 to 9223372036854775807"), "{told}");
+    for (told, expected) in
+        [(read("1", "1.5", "1"), "expected an integer"), (read("true", "16", "1"), "expected a number")]
+    {
+        assert!(told.contains("wrong type") && told.contains(expected), "{told}");
+    }
+}

@@ -248,17 +248,21 @@ pub(super) fn integer(attribute: &Attribute) -> Result<i64, SceneError> {
             "expected a whole number such as 16",
         );
         match error.kind() {
-            IntErrorKind::PosOverflow | IntErrorKind::NegOverflow => SceneError {
-                problem: format!("\"{}\" does not fit an integer", attribute.text),
-                expected: format!("expected one from {} to {}", i64::MIN, i64::MAX),
-                ..wrong
-            },
+            IntErrorKind::PosOverflow | IntErrorKind::NegOverflow => {
+                beyond_integers(&attribute.place, &format!("\"{}\"", attribute.text))
+            }
             _ if number(&attribute.text).is_some() => {
                 wrong.with_remedy("leave out the decimals; a property of type float is another thing")
             }
             _ => wrong,
         }
     })
+}
+
+/// The message about a whole number that has more digits than an integer may have.
+pub(super) fn beyond_integers(place: &Place, what: &str) -> SceneError {
+    let expected = format!("expected one from {} to {}", i64::MIN, i64::MAX);
+    SceneError::at(place, format!("{what} does not fit an integer"), expected)
 }
 
 pub(super) fn boolean(attribute: &Attribute) -> Result<bool, SceneError> {

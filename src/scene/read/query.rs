@@ -3,6 +3,7 @@
 
 use super::super::source::{Place, SceneError};
 use super::Reader;
+use super::attributes::beyond_integers;
 use super::tree::{Class, Entry, Keyframe, Object, ObjectId, Value};
 use super::{hints, names};
 use crate::geometry::{Motion, MotionError, Transform, Vec3};
@@ -71,7 +72,12 @@ impl<'a> Query<'a> {
         value
     }
 
+    /// `expected`: the tags of XML that may stand there.
     pub fn wrong_type(&self, entry: &Entry, name: &str, expected: &str) -> SceneError {
+        let expected = match self.reader.tree.is_json {
+            true => json_types(expected),
+            false => expected.to_owned(),
+        };
         SceneError::at(
             &entry.place,
             format!("\"{name}\" of {} has the wrong type: {}", self.title(), entry.value.word()),
@@ -113,6 +119,16 @@ impl<'a> Query<'a> {
 
     /// An integer in `least..=most`.
     pub fn integer(&self, name: &'static str, least: i64, most: i64) -> Option<i64> {
+        // A whole number with too many digits is read as a float, which it may be elsewhere.
+        let is_too_large = |entry: &&Entry| match entry.value {
+            Value::Float(number) => self.reader.tree.is_json && number.abs() >= -(i64::MIN as f64),
+            _ => false,
+        };
+        if let Some(entry) = self.entry(name).filter(is_too_large) {
+            let what = format!("\"{name}\" of {}", self.title());
+            self.error(beyond_integers(&entry.value_place, &what));
+            return None;
+        }
         let number = self.typed(name, "<integer>", |value| match value {
             Value::Integer(number) => Some(*number),
             _ => None,
@@ -340,6 +356,23 @@ impl<'a> Query<'a> {
             Class::Scene | Class::Volume => error,
         }
     }
+}
+
+/// What tags of XML are in JSON.
+fn json_types(tags: &str) -> String {
+    let types = [
+        ("<float> or <integer>", "a number"),
+        ("<float>, <integer>", "a number"),
+        ("<point> or <vector>", "3 numbers"),
+        ("<vector>", "3 numbers"),
+        ("<point>", "3 numbers"),
+        ("<integer>", "an integer"),
+        ("<animation>", "an animation"),
+        ("<rgb>", "an rgb"),
+        ("<", "a "),
+        (">", ""),
+    ];
+    types.into_iter().fold(tags.to_owned(), |text, (tag, word)| text.replace(tag, word))
 }
 
 fn wrong_motion(error: MotionError, place: &Place, keyframes: &[Keyframe]) -> SceneError {

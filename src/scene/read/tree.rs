@@ -147,6 +147,8 @@ impl Value {
 pub(in crate::scene) struct Tree {
     pub objects: Vec<Object>,
     pub ids: BTreeMap<String, ObjectId>,
+    /// Whether the file is JSON: messages then speak of its types, not of XML's tags.
+    pub is_json: bool,
 }
 
 impl Tree {

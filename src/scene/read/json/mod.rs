@@ -34,6 +34,7 @@ pub(super) fn parse(
     sources: &mut Sources,
 ) -> Parsed {
     let mut parsed = Parsed::new(search);
+    parsed.tree.is_json = true;
     match text::parse(text, file) {
         Ok(node) => {
             let mut builder = Builder { file, sources, parsed: &mut parsed };
