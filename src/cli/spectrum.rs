@@ -71,6 +71,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return super::print(&list(args.kind));
     }
     let subjects = subjects(args)?;
+    // Refused before the report rather than after it.
+    let plot = args.plot.as_deref().map(|path| Ok((path, plot(path, &subjects)?))).transpose()?;
     for subject in &subjects {
         let is_light = matches!(subject.kind, Some(Kind::Illuminant) | None);
         if args.photons && !(is_light && matches!(subject.quantity, Quantity::Spectrum(_))) {
@@ -79,18 +81,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         super::print(&format!("{}\n", report::report(subject, &args.at, args.photons)))?;
     }
-    let Some(path) = &args.plot else { return Ok(()) };
-    let [subject] = subjects.as_slice() else {
+    let Some((path, bytes)) = plot else { return Ok(()) };
+    write_whole(path, &bytes).map_err(|error| cannot_write(path, &error))
+}
+
+/// The bytes of the plot, of the kind that its name says.
+fn plot(path: &Path, subjects: &[Subject]) -> Result<Vec<u8>, Failure> {
+    let [subject] = subjects else {
         let kinds: Vec<&str> = subjects.iter().filter_map(|subject| subject.kind).map(Kind::name).collect();
         return Err(Failure::Input(format!(
             "error: the name means several things\nhelp: say which to plot: --kind {}",
             kinds.join(" or --kind ")
         )));
     };
-    let bytes = plot::draw(subject)
+    plot::draw(subject)
         .file(path)
-        .map_err(|problem| Failure::Input(format!("error: --plot {}: {problem}", path.display())))?;
-    write_whole(path, &bytes).map_err(|error| cannot_write(path, &error))
+        .map_err(|problem| Failure::Input(format!("error: --plot {}: {problem}", path.display())))
 }
 
 fn list(kind: Option<Kind>) -> String {
@@ -130,11 +136,17 @@ fn subjects(args: &Args) -> Result<Vec<Subject>, Failure> {
             .filter_map(Result::err)
             .filter_map(|error| error.nearest.map(|nearest| format!("'{nearest}' ({})", error.kind)))
             .collect();
-        let hint = match nearest.is_empty() {
-            true => "abbe spectrum --list shows all names".to_owned(),
-            false => format!("did you mean {}?", nearest.join(" or ")),
+        let is_known = |kind: &Kind| catalogue::lookup(*kind, wanted).is_ok();
+        let others: Vec<&str> = Kind::ALL.into_iter().filter(is_known).map(Kind::name).collect();
+        let hint = match (others.is_empty(), nearest.is_empty()) {
+            (false, _) => {
+                format!("it names a spectrum of another kind: take --kind {}", others.join(" or --kind "))
+            }
+            (true, true) => "abbe spectrum --list shows all names".to_owned(),
+            (true, false) => format!("did you mean {}?", nearest.join(" or ")),
         };
-        return Err(Failure::Input(format!("error: there is no spectrum named '{wanted}'\nhelp: {hint}")));
+        let what = args.kind.map_or("spectrum", Kind::name);
+        return Err(Failure::Input(format!("error: there is no {what} named '{wanted}'\nhelp: {hint}")));
     }
     let subject = |entry: catalogue::Entry| {
         let mut facts = vec![("source", entry.source), ("licence", entry.licence), ("units", entry.units)];
@@ -211,6 +223,29 @@ mod tests {
     fn an_unknown_name_comes_with_suggestions() {
         let Err(Failure::Input(message)) = subjects(&args("golld")) else { panic!("found golld") };
         assert!(message.contains("did you mean 'gold' (conductor)"), "{message}");
+    }
+
+    #[test]
+    fn a_name_of_another_kind_is_told_with_its_kind() {
+        let wrong = Args { kind: Some(Kind::Reflectance), ..args("Au") };
+        let Err(Failure::Input(message)) = subjects(&wrong) else { panic!("found Au") };
+        assert!(message.contains("no reflectance named 'Au'"), "{message}");
+        assert!(message.contains("--kind conductor") && !message.contains("did you mean"), "{message}");
+    }
+
+    #[test]
+    fn notes_are_those_of_the_material() {
+        let told = |name: &str| {
+            let of_kind = Args { kind: Some(Kind::Dielectric), ..args(name) };
+            let [subject] = &subjects(&of_kind).ok().expect("a listed name")[..] else { panic!("{name}") };
+            report::report(subject, &[500.0], false)
+        };
+        let glass = told("N-SF11");
+        for other in ["carbon_disulfide", "methylene_iodide", "nd_check", "formula 1", "com)See"] {
+            assert!(!glass.contains(other), "{glass}");
+        }
+        assert!(glass.contains("glass pages are relative to air"), "{glass}");
+        assert!(told("carbon_disulfide").contains("is stated for 300 to 12000 nm"));
     }
 
     #[test]

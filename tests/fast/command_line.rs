@@ -88,6 +88,8 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         (vec!["spectrum", "D65", "--at", "-5"], "from 1 to 100000 nm"),
         (vec!["spectrum", "D65", "--at", "nan"], "from 1 to 100000 nm"),
         (vec!["spectrum", "BK7", "--plot", "x.svg"], "error: the name means several things"),
+        (vec!["spectrum", "Au", "--plot", "x.pdf"], ".svg or .png"),
+        (vec!["spectrum", "Au", "--kind", "reflectance"], "take --kind conductor"),
         (vec!["render", &good, "--spp", "4194305", "--replicates", "1"], "take --replicates 2 or more"),
         (vec!["render", &good, "--spp", "4194305", "--sampler", "regular"], "regular has one replicate"),
         (vec!["draw"], "draw"),
@@ -96,6 +98,7 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         let told = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
         assert!(told.contains(expected), "{arguments:?}: {told}");
+        assert_eq!(stdout(&output), "", "{arguments:?}");
     }
     assert_eq!(folder.files(), ["bad.xml"]);
 }

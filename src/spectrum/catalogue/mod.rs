@@ -329,13 +329,13 @@ fn read(record: &Record) -> Result<Entry, Malformed> {
         Reading::Formula => {
             let (formula, reference) = read_formula(&table, &record.column)?;
             source = format!("{reference}; {source}");
-            notes.retain(|note| !note.starts_with("formula"));
+            notes = notes_of_row(&table, &record.column)?;
             Quantity::Index(RefractiveIndex::Formula(formula))
         }
         Reading::Clear => {
             let (formula, reference) = read_formula(&table, &record.column)?;
             source = format!("{reference}; {source}");
-            notes.retain(|note| !note.starts_with("formula"));
+            notes = notes_of_row(&table, &record.column)?;
             notes.push("clear: k = 0; what is not reflected is taken as absorbed".to_owned());
             Quantity::ComplexIndex { n: formula.to_spectrum(WavelengthRange::VISIBLE)?, k: Spectrum::ZERO }
         }
@@ -367,6 +367,18 @@ fn read(record: &Record) -> Result<Entry, Malformed> {
 
 /// Haemoglobin in whole blood, g/L, as the table's header gives it.
 const HAEMOGLOBIN: f64 = 150.0;
+
+/// The notes of a table of rows that concern one of them: a note that begins with the name of a row is about
+/// that row alone, and one that begins with the name of a column is about how the table is read.
+fn notes_of_row(table: &TableFile, name: &str) -> Result<Vec<String>, TableError> {
+    let names = table.texts("name")?;
+    let concerns = |note: &&String| {
+        let subject = note.split([' ', ',']).next().unwrap_or_default();
+        let is_known = names.contains(&subject) || table.columns.iter().any(|column| column == subject);
+        subject == name || !is_known
+    };
+    Ok(table.notes.iter().filter(concerns).cloned().collect())
+}
 
 /// A row of the table of dispersion formulas, with its reference.
 fn read_formula(table: &TableFile, name: &str) -> Result<(DispersionFormula, String), Malformed> {
