@@ -61,6 +61,8 @@ fn frames_are_what_they_are_alone_and_go_on_where_they_stopped() {
     // What is there is of another seed.
     let told = folder.ends(2, &render(&["-o", "f-%03d.exr", "--seed=8", "--resume"]));
     assert!(told.contains("abbe.seed") && told.contains("f-002.exr"), "{told}");
+    let told = folder.ends(2, &render(&["-o", "f-%03d.exr", "--seed=7", "--spp=64", "--resume"]));
+    assert!(told.contains("the number of samples per pixel is 4 there and 64 here"), "{told}");
     folder.write("f-002.exr", "cut");
     let told = folder.ends(2, &resume);
     assert!(told.contains("cannot read f-002.exr") && told.contains("help: remove it"), "{told}");
@@ -164,7 +166,9 @@ fn wrong_frames_are_2() {
     folder.write("ball.xml", BALL);
     for (arguments, expected) in [
         (vec!["--frames=0..2", "-o", "f.exr"], "%04d"),
-        (vec!["--frames=0..2", "-o", "f-%04d.checkpoint"], "%04d"),
+        (vec!["--frames=0..2", "-o", "f-%04d.checkpoint"], "frames are EXR files"),
+        (vec!["--frames=0..2", "-o", "f-%d-%d.exr"], "in the name once"),
+        (vec!["--frames=0..2", "-o", "dir%d/f.exr"], "not of its folder"),
         (vec!["--frames=2..2", "-o", "f-%d.exr"], "A..B"),
         (vec!["--frames=0..2"], "--output"),
         (vec!["--fps=3", "-o", "f.exr"], "--frames"),

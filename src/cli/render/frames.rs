@@ -1,9 +1,10 @@
 //! The pictures of an animation, one after another.
 
 use super::super::Failure;
-use super::{Args, cannot_read_content, has_extension};
+use super::{Args, cannot_read_content, has_extension, report};
 use abbe::output::exr;
 use abbe::scene::Description;
+use std::ffi::OsStr;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -35,26 +36,42 @@ impl FrameOptions {
     }
 }
 
-/// The file of a frame: `%d` or `%0Nd` in the name stands for its number.
+/// The file of a frame: `%d` or `%0Nd` in its name, not in that of its folder, stands for its number.
 pub fn path_of_frame(pattern: &Path, frame: u32) -> Result<PathBuf, Failure> {
-    let refused = || {
+    let refused = |problem: &str| {
         Failure::Input(format!(
-            "error: {}: every frame would have the same file\n\
-             help: write %04d where the number of the frame belongs, such as -o turn-%04d.exr",
+            "error: {}: {problem}\n\
+             help: write %04d once, where the number of the frame belongs, such as -o turn-%04d.exr",
             pattern.display()
         ))
     };
-    let text = pattern.to_str().ok_or_else(refused)?;
-    let (before, rest) = text.split_once('%').ok_or_else(refused)?;
-    let (digits, after) = rest.split_once('d').ok_or_else(refused)?;
+    let text = |part: Option<&OsStr>| part.and_then(OsStr::to_str).unwrap_or_default().to_owned();
+    let (folder, name) = (text(pattern.parent().map(Path::as_os_str)), text(pattern.file_name()));
+    let mut pieces = name.split('%');
+    let (Some(before), Some(rest)) = (pieces.next(), pieces.next()) else {
+        return Err(refused(match folder.contains('%') {
+            true => "the number of the frame belongs into the name of the file, not of its folder",
+            false => "every frame would have the same file",
+        }));
+    };
+    if pieces.next().is_some() {
+        return Err(refused("the number of the frame may stand in the name once"));
+    }
+    if !has_extension(pattern, "exr") {
+        return Err(refused("frames are EXR files"));
+    }
+    let (width, after) = numbering(rest).ok_or_else(|| refused("% stands before something else than d"))?;
+    Ok(pattern.with_file_name(format!("{before}{frame:0width$}{after}")))
+}
+
+/// How many digits a number has at least, and what follows it, of what stands behind `%`.
+fn numbering(text: &str) -> Option<(usize, &str)> {
+    let (digits, after) = text.split_once('d')?;
     let width = match digits {
         "" => 0,
-        _ => digits.strip_prefix('0').and_then(|width| width.parse::<usize>().ok()).ok_or_else(refused)?,
+        _ => digits.strip_prefix('0')?.parse().ok()?,
     };
-    if width > 20 || after.contains('%') || !has_extension(pattern, "exr") {
-        return Err(refused());
-    }
-    Ok(PathBuf::from(format!("{before}{frame:0width$}{after}")))
+    (width <= 20).then_some((width, after))
 }
 
 /// Whether the file of a frame holds all of it: it is there, nothing of it is still to be done, and it is the
@@ -77,8 +94,9 @@ pub fn is_complete(
     for (name, here) in rest.into_iter().chain(hash) {
         let there = found.attribute(name).unwrap_or("nothing");
         if there != here {
+            let what = if name == report::ASKED_SAMPLES { "the number of samples per pixel" } else { name };
             return Err(Failure::Input(format!(
-                "error: {} is another picture: {name} is {there} there and {here} here\n\
+                "error: {} is another picture: {what} is {there} there and {here} here\n\
                  help: resume as it was begun, or give another -o",
                 path.display()
             )));
@@ -113,13 +131,23 @@ mod tests {
         for (pattern, name) in [
             ("turn-%04d.exr", "turn-0037.exr"),
             ("%d.exr", "37.exr"),
-            ("a/%02d/x.exr", "a/37/x.exr"),
+            ("a%/%02d.exr", "a%/37.exr"),
             ("%01d.exr", "37.exr"),
         ] {
             assert_eq!(named(pattern), Some(PathBuf::from(name)), "{pattern}");
         }
-        for wrong in ["turn.exr", "%.exr", "%4d.exr", "%04x.exr", "%d-%d.exr", "%d.checkpoint", "%099d.exr"] {
-            assert_eq!(named(wrong), None, "{wrong}");
+        for (wrong, problem) in [
+            ("turn.exr", "the same file"),
+            ("turn%d/x.exr", "not of its folder"),
+            ("%d-%d.exr", "once"),
+            ("%d.checkpoint", "EXR files"),
+            ("%.exr", "something else than d"),
+            ("%4d.exr", "something else than d"),
+            ("%04x.exr", "something else than d"),
+            ("%099d.exr", "something else than d"),
+        ] {
+            let Err(Failure::Input(told)) = path_of_frame(Path::new(wrong), 37) else { panic!("{wrong}") };
+            assert!(told.contains(problem) && told.contains("help: "), "{told}");
         }
         assert_eq!(parse_frames("3..7"), Ok(3..7));
         assert!(["3", "7..3", "3..3", "-1..3", "a..b"].iter().all(|text| parse_frames(text).is_err()));

@@ -96,6 +96,10 @@ pub(super) fn run_shown(args: &Args, page: Option<&Page>) -> Result<(), Failure>
     args.sampling.apply_to(&mut description, most)?;
     let range = args.sampling.range(&description);
     let description = description.over(range);
+    // Told before the first frame is rendered.
+    if let (Some(frames), Some(output)) = (&args.frames.frames, &args.output) {
+        frames::path_of_frame(output, frames.start)?;
+    }
     let output = args.output_path()?;
     let Some(frames) = args.frames.frames.clone() else {
         return picture(
@@ -118,8 +122,6 @@ pub(super) fn run_shown(args: &Args, page: Option<&Page>) -> Result<(), Failure>
                 .to_owned(),
         ));
     }
-    // Told before the first frame is rendered.
-    frames::path_of_frame(&output, frames.start)?;
     let stop = stop_on_signal()?;
     for frame in frames.clone() {
         let output = frames::path_of_frame(&output, frame)?;

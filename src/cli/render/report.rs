@@ -12,6 +12,9 @@ use abbe::units::WavelengthRange;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+/// Attribute with the samples per pixel that were asked for: fewer are taken where a render ends early.
+pub(super) const ASKED_SAMPLES: &str = "abbe.askedSamplesPerPixel";
+
 /// How the picture was made. Nothing that differs between equal renders: no time, no threads; and nothing
 /// that differs between its parts: see [`counted`].
 pub(super) fn attributes(
@@ -37,7 +40,9 @@ pub(super) fn attributes(
         ("extensions", lines(&description.extensions)),
         ("needs", scene.features().to_string()),
     ];
-    named(text)
+    // First, for what else differs follows from it.
+    let asked = (ASKED_SAMPLES.to_owned(), settings.schedule.samples().to_string());
+    std::iter::once(asked).chain(named(text)).collect()
 }
 
 /// What the film itself says of how it was made.
