@@ -112,6 +112,23 @@ fn assert_is_pixel(view: &View, folder: &Folder, name: &str, [x, y]: [usize; 2])
     assert_eq!(told.iter().filter(|(name, _)| name.starts_with("S0.")).count(), 5);
 }
 
+/// An address is told once there is something to show.
+#[test]
+fn what_cannot_be_shown_has_no_address() {
+    let folder = Folder::new("view-wrong");
+    folder.write("made.xml", SCENE);
+    folder.write("bad.xml", "<scene version=\"3.0.0\"><sensor type=\"perspectve\"/></scene>");
+    for (arguments, expected) in [
+        (&["missing.exr"][..], "cannot read missing.exr"),
+        (&["missing.xml"], "missing.xml cannot be read"),
+        (&["bad.xml"], "did you mean"),
+        (&["made.xml", "--frames=0..2", "-o", "f-%d.exr"], "a page shows one"),
+    ] {
+        let told = folder.ends(2, &[&["view"], arguments].concat());
+        assert!(told.contains(expected) && !told.contains("http://"), "{told}");
+    }
+}
+
 #[test]
 fn a_page_shows_a_picture_and_nothing_else() {
     let folder = Folder::new("view");

@@ -84,11 +84,16 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    run_shown(args, None)
+    run_shown(args, None, || Ok(()))
 }
 
 /// Renders, and shows on a page what is done so far and then the finished picture, until a signal comes.
-pub(super) fn run_shown(args: &Args, page: Option<&Page>) -> Result<(), Failure> {
+/// `serve` begins to show the page, once the scene is read.
+pub(super) fn run_shown(
+    args: &Args,
+    page: Option<&Page>,
+    serve: impl FnOnce() -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let began = Instant::now();
     let mut description = args.scene.read()?;
     let read = began.elapsed();
@@ -102,6 +107,7 @@ pub(super) fn run_shown(args: &Args, page: Option<&Page>) -> Result<(), Failure>
     }
     let output = args.output_path()?;
     let Some(frames) = args.frames.frames.clone() else {
+        serve()?;
         return picture(
             args,
             &Request {

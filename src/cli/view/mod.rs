@@ -34,8 +34,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let path = args.render.scene_path();
     let page = Arc::new(Page::new(&path.to_string_lossy()));
     if !has_extension(path, "exr") {
-        serve(&page, args.port)?;
-        return render::run_shown(&args.render, Some(&page));
+        return render::run_shown(&args.render, Some(&page), || serve(&page, args.port));
     }
     if let Some(option) = option_of_render() {
         return Err(Failure::Input(format!(
