@@ -64,7 +64,13 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         (vec!["render", "bad.xml"], "did you mean \"perspective\"?"),
         (vec!["render", &missing], "none.xml"),
         (vec!["render", &good, "-o", "picture.jpg"], "*.exr"),
-        (vec!["render", &good, "-o", "no/such/folder.exr"], "folder"),
+        (vec!["render", &good, "-o", "no/such/folder.exr"], "no folder no/such\nhelp: make it first"),
+        (vec!["render", &good, "--time", "-3s"], "expected a time such as 90s"),
+        (vec!["render", &good, "--checkpoint-every", "-3s"], "expected a time such as 90s"),
+        (
+            vec!["render", &good, "--size", "16x16", "--crop", "0,0,17,17"],
+            "error: --crop: the part to render",
+        ),
         (vec!["render", &good, "--spp", "0"], "--spp"),
         (vec!["render", &good, "--size", "12"], "WIDTHxHEIGHT"),
         (vec!["render", &good, "--wavelengths", "3"], "1, 4 or 8"),
@@ -140,9 +146,8 @@ fn a_table_with_a_byte_order_mark_is_read_and_one_in_micrometres_refused() {
 }
 
 #[test]
-fn a_place_that_cannot_be_written_is_1() {
+fn a_folder_in_the_place_of_a_picture_is_refused_before_the_render() {
     let folder = Folder::new("unwritable");
-    // A folder in the place of the file.
     std::fs::create_dir(folder.path("x.exr")).expect("a folder can be made");
     std::fs::create_dir(folder.path("y.png")).expect("a folder can be made");
     let box_scene = of_repository("scenes/box/scene.xml");
@@ -154,10 +159,21 @@ fn a_place_that_cannot_be_written_is_1() {
             .spawn()
             .expect("the program starts");
         let output = soon(child);
-        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-        assert!(stderr(&output).contains("cannot write"), "{}", stderr(&output));
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        assert!(told.contains("there is a folder of this name\nhelp: give the output another"), "{told}");
     }
     assert_eq!(folder.files(), ["x.exr", "y.png"], "nothing unfinished is left");
+}
+
+/// A disk without room.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_place_that_cannot_be_written_is_1() {
+    let folder = Folder::new("full");
+    std::os::unix::fs::symlink("/dev/full", folder.path("x.svg")).expect("a link");
+    let told = folder.ends(1, &["spectrum", "D65", "--plot", "x.svg"]);
+    assert!(told.contains("cannot write x.svg"), "{told}");
 }
 
 /// What a program has to say that ends within a minute.
@@ -309,7 +325,7 @@ fn one_replicate_has_no_error_bars() {
         (channels.iter().any(|(name, _)| name.starts_with("error.")), stderr(&output))
     };
     let (has_errors, told) = render("1");
-    assert!(!has_errors && told.contains("error not known"), "{told}");
+    assert!(!has_errors && told.contains("its error is not known,"), "{told}");
     let (has_errors, told) = render("2");
     assert!(has_errors && told.contains("in 2 replicates"), "{told}");
 }

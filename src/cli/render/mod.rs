@@ -24,6 +24,7 @@ pub(super) use long::{cannot_read, cannot_read_content};
 use report::distinct;
 pub(super) use report::{counted, sample_count};
 use stats::{Report, Statistics};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -319,7 +320,11 @@ impl Args {
         if folder.is_dir() {
             Ok(path)
         } else {
-            Err(Failure::Input(format!("error: {}: there is no folder {}", path.display(), folder.display())))
+            Err(Failure::Input(format!(
+                "error: {}: there is no folder {}\nhelp: make it first",
+                path.display(),
+                folder.display()
+            )))
         }
     }
 }
@@ -397,7 +402,14 @@ pub(super) fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Fai
 }
 
 pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::Other(format!("error: cannot write {}: {error}", path.display()))
+    match error.kind() {
+        ErrorKind::IsADirectory => Failure::Input(format!(
+            "error: cannot write {}: there is a folder of this name\n\
+             help: give the output another name, or remove the folder",
+            path.display()
+        )),
+        _ => Failure::Other(format!("error: cannot write {}: {error}", path.display())),
+    }
 }
 
 /// What the scene's author should know before waiting for it.

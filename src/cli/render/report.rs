@@ -122,14 +122,15 @@ pub(super) fn print(path: &Path, png: Option<&Path>, film: &Film, before: u64, s
     let pixels = film.extent.shown.pixel_count();
     // Pixels that err more may have more than others.
     let per_pixel = (10.0 * done as f64 / pixels as f64).round() / 10.0;
-    let error = Target::mean_error(film)
-        .map_or("error not known".to_owned(), |error| format!("error {}", percent(error)));
+    let error = Target::mean_error(film).map_or("its error is not known".to_owned(), |error| {
+        format!("error {} of the mean luminance", percent(error))
+    });
     let speed = match done - before {
         0 => "nothing left to do".to_owned(),
         taken => format!("{seconds:.1} s, {:.2} million samples/s", taken as f64 / seconds.max(1e-9) / 1e6),
     };
     print_message(&format!(
-        "{}{}: {}×{}, {} samples per pixel in {} replicates, {error} of the mean luminance, {speed}",
+        "{}{}: {}×{}, {} samples per pixel in {} replicates, {error}, {speed}",
         path.display(),
         png.map_or_else(String::new, |png| format!(" and {}", png.display())),
         width,

@@ -26,7 +26,7 @@ pub struct UntilOptions {
 
     /// End after this time, such as 90s, 10m or 2h, but not before each pixel has a sample. --spp is then the
     /// most samples that are taken [default then: 1048576]
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true)]
     time: Option<Duration>,
 }
 

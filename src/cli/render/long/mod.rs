@@ -32,7 +32,7 @@ pub struct LongOptions {
     resume: bool,
 
     /// Time between checkpoints, such as 30s, 10m or 2h. They take a twentieth of the time at most
-    #[arg(long, value_name = "TIME", default_value = "1m", value_parser = parse_time)]
+    #[arg(long, value_name = "TIME", default_value = "1m", value_parser = parse_time, allow_hyphen_values = true)]
     checkpoint_every: Duration,
 
     /// Render samples A to B − 1 of each pixel alone, counted from 0, of all that --spp says: a part for abbe

@@ -57,16 +57,16 @@ impl Compiler<'_> {
             format!("{width}×{height} pixels at {x},{y}")
         };
         let what = if film.crop.is_some() { "crop window" } else { "film" };
-        let error = SceneError::at(
-            &film.place,
-            format!("The part to render, {}, is not within the {what}", told(shown)),
-            format!("expected a part of its {}", told(window)),
-        );
-        self.errors.push(match film.crop {
-            Some(_) => {
-                error.with_remedy("parts are counted from the corner of the whole film, not of the window")
-            }
-            None => error,
+        let remedy = match film.crop {
+            Some(_) => "parts are counted from the corner of the whole film, not of the window",
+            None => "give another part, or --size another film",
+        };
+        self.errors.push(SceneError {
+            // The file is right: it is the command line that asks for the part.
+            place: None,
+            problem: format!("--crop: the part to render, {}, is not within the {what}", told(shown)),
+            expected: format!("expected a part of its {}", told(window)),
+            remedy: Some(remedy.to_owned()),
         });
         window
     }
