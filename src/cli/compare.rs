@@ -70,11 +70,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return refused(path, "two pictures would go into one file", "give each a name of its own");
         }
     }
-    let read = |side: &[PathBuf]| side.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>();
-    let (a, b) = (read(paths[0])?, read(paths[1])?);
+    let (a, b) = (of_files(paths[0], exr::read)?, of_files(paths[1], exr::read)?);
+    let layouts = (of_files(paths[0], exr::layout)?, of_files(paths[1], exr::layout)?);
     let options =
         Options { white: args.white, pixels_per_degree: args.ppd.unwrap_or(flip::PIXELS_PER_DEGREE) };
-    let comparison = compare(&a, &b, &options).map_err(|mismatch| Failure::Input(mismatch.to_string()))?;
+    let mut comparison =
+        compare(&a, &b, &options).map_err(|mismatch| Failure::Input(mismatch.to_string()))?;
+    comparison.tell_layouts([&layouts.0, &layouts.1]);
     let met = met(&args.fail_if, &comparison)?;
     let maps = maps
         .into_iter()
@@ -134,13 +136,17 @@ impl Args {
     }
 }
 
-fn read(path: &Path) -> Result<exr::Channels, Failure> {
-    exr::read(path).map_err(|error| {
-        Failure::Input(format!(
-            "error: {}: {error}\nhelp: expected an OpenEXR file with flat channels, as abbe render writes it",
-            path.display()
-        ))
-    })
+/// What `read` finds in each file.
+fn of_files<T>(files: &[PathBuf], read: fn(&Path) -> std::io::Result<T>) -> Result<Vec<T>, Failure> {
+    let found = files.iter().map(|path| {
+        read(path).map_err(|error| {
+            Failure::Input(format!(
+                "error: {}: {error}\nhelp: expected an OpenEXR file with flat channels, as abbe render writes it",
+                path.display()
+            ))
+        })
+    });
+    found.collect()
 }
 
 fn extension(path: &Path) -> &str {

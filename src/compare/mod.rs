@@ -23,7 +23,7 @@ pub use maps::{Map, MapKind};
 pub use noise::Noise;
 pub use pair::{Channel, Measurement, Mismatch, Pair, listed};
 
-use crate::output::exr::Channels;
+use crate::output::exr::{Channels, Layout};
 use crate::stats::sidak_corrected;
 use pair::SIDES;
 
@@ -90,13 +90,13 @@ const OUTLIERS: usize = 3;
 /// How one channel differs.
 #[derive(Clone, Debug)]
 pub struct ChannelResult {
-    /// Name of the channel, as both files have it.
+    /// Name of the channel, as [`Channel`] has it.
     pub name: String,
     /// How large the difference is.
     pub figures: Figures,
     /// A minus B; NaN where they cannot be compared.
     pub difference: Vec<f64>,
-    /// Tests, if at least one side knows its noise.
+    /// Tests of a channel of light, if at least one side knows its noise.
     pub tests: Option<Tests>,
 }
 
@@ -143,7 +143,7 @@ pub fn compare(a: &[Channels], b: &[Channels], options: &Options) -> Result<Comp
                 name: channel.name.clone(),
                 figures: Figures::of(a, b, &good),
                 difference,
-                tests: is_known.then(|| bias::test(&pair, channel, &good)),
+                tests: (channel.is_light && is_known).then(|| bias::test(&pair, channel, &good)),
             }
         })
         .collect();
@@ -154,10 +154,11 @@ pub fn compare(a: &[Channels], b: &[Channels], options: &Options) -> Result<Comp
             let side = |side: usize| luminance.iter().map(|both| both[side]).collect::<Vec<f64>>();
             Figures::of(&side(0), &side(1), &good)
         }
-        None => Figures::mean(channels.iter().map(|channel| &channel.figures)),
+        // Those of light come first.
+        None => Figures::mean(channels[..pair.light().count()].iter().map(|channel| &channel.figures)),
     };
     let noise = [|channel: &Channel| channel.a.noise, |channel: &Channel| channel.b.noise].map(|side| {
-        let known = pair.channels.iter().map(side).find(|noise| *noise != Noise::Unknown);
+        let known = pair.light().map(side).find(|noise| *noise != Noise::Unknown);
         known.unwrap_or(Noise::Unknown)
     });
     let replicates = [0, 1].map(|side| match noise[side] {
@@ -210,6 +211,36 @@ impl Comparison {
     }
 }
 
+impl Comparison {
+    /// Adds what is to be known of the files beyond the channels that are compared: how they lie in their
+    /// films, and what else is in them.
+    pub fn tell_layouts(&mut self, sides: [&[Layout]; 2]) {
+        let mut first: Option<(String, [i32; 2])> = None;
+        let mut apart = None;
+        for (side, layouts) in sides.into_iter().enumerate() {
+            for (index, Layout { offset, other_parts }) in layouts.iter().enumerate() {
+                let label = pair::label(side, index, layouts.len());
+                if !other_parts.is_empty() {
+                    let parts = other_parts.join(", ");
+                    self.notes.push(format!("{label} is the first part of its file; it also has {parts}"));
+                }
+                match &first {
+                    None => first = Some((label, *offset)),
+                    Some((of_first, [x, y])) if [*x, *y] != *offset && apart.is_none() => {
+                        let [own_x, own_y] = offset;
+                        apart = Some(format!(
+                            "{of_first} begins at pixel {x},{y} of its film and {label} at {own_x},{own_y} (their data \
+                             windows differ): they are taken to show the same"
+                        ));
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+        self.assumptions.extend(apart);
+    }
+}
+
 /// The good pixels in which A exceeds B the most.
 fn outliers(pair: &Pair, good: &[bool]) -> Vec<Outlier> {
     let Some(Channel { a, b, .. }) = pair.channels.get(pair.middle()) else { return Vec::new() };
@@ -255,6 +286,21 @@ fn notes(comparison: &Comparison, pair: &Pair, sides: [&[Channels]; 2]) -> Vec<S
     }
     if comparison.unmeasured > 0 {
         notes.push(format!("{} of {pixels} pixels have no error yet: left out", comparison.unmeasured));
+    }
+    if pair.layers.iter().any(|layer| !layer.is_empty()) {
+        let [a, b] = pair.layers.each_ref().map(|layer| match layer.as_str() {
+            "" => "those of no layer".to_owned(),
+            layer => format!("those of the layer {layer}"),
+        });
+        notes.push(match a == b {
+            true => format!("the colours are {a}"),
+            false => format!("the colours of A are {a}, of B {b}"),
+        });
+    }
+    let beside = pair.channels[pair.light().count()..].iter();
+    let beside: Vec<String> = beside.map(|channel| channel.name.clone()).collect();
+    if !beside.is_empty() {
+        notes.push(format!("not of light, and so compared but not tested: {}", listed(&beside)));
     }
     for (name, left_out) in SIDES.into_iter().zip(&pair.left_out) {
         if !left_out.is_empty() {

@@ -4,7 +4,9 @@ use super::flip::Rgb;
 use super::noise::{Noise, Stored};
 use crate::output::Colour;
 use crate::output::exr::Channels;
+use crate::scene::description::AovKind;
 use crate::spectrum::colour::{Xyz, rec709_to_xyz};
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// One channel as one side has it.
@@ -20,8 +22,10 @@ pub struct Measurement<'a> {
 /// A channel of both sides.
 #[derive(Clone, Debug)]
 pub struct Channel<'a> {
-    /// Name of the channel, as both files have it.
+    /// Its name in both files, without the layer where they have it in different ones.
     pub name: String,
+    /// Whether it is of light. What tells of the scene or of the render is compared and not tested.
+    pub is_light: bool,
     /// The picture.
     pub a: Measurement<'a>,
     /// Its reference.
@@ -35,10 +39,12 @@ pub struct Pair<'a> {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// The channels that both files have.
+    /// The channels that both files have, those of light first.
     pub channels: Vec<Channel<'a>>,
     /// What the colours are, and where in `channels` they stand; `None` for files without any.
     pub colour: Option<(Colour, Vec<usize>)>,
+    /// Layers that the colours of each side are of; empty where they are of none.
+    pub layers: [String; 2],
     /// Channels that only one side has: not compared.
     pub left_out: [Vec<String>; 2],
 }
@@ -54,12 +60,6 @@ pub enum Mismatch {
     Twice([String; 2]),
     /// A side has no picture.
     Nothing(&'static str),
-}
-
-/// Channels that tell of the render and the scene, not of light.
-fn is_measured(name: &str) -> bool {
-    let beside = ["error.", "albedo.", "normal."];
-    !(beside.iter().any(|prefix| name.starts_with(prefix)) || ["samples", "depth"].contains(&name))
 }
 
 /// What a picture is called in messages.
@@ -84,32 +84,47 @@ impl<'a> Pair<'a> {
         }
         let [(label_a, first_a), (label_b, first_b)] = [firsts[0].clone(), firsts[1].clone()];
         check_sizes([(&label_a, first_a), (&label_b, first_b)])?;
-        let names = [first_a, first_b].map(measured_names);
-        let colours = [0, 1].map(|side| colours(&names[side]));
-        let common: Vec<String> = names[0].iter().filter(|name| names[1].contains(name)).cloned().collect();
-        if colours[0] != colours[1] || common.is_empty() {
-            let [names_a, names_b] = names;
-            return Err(Mismatch::Channels([(label_a, names_a), (label_b, names_b)]));
+        let light = [first_a, first_b].map(light_names);
+        let Some(colours) = colours([&light[0], &light[1]]) else {
+            let [light_a, light_b] = light;
+            return Err(Mismatch::Channels([(label_a, light_a), (label_b, light_b)]));
+        };
+        let names = sides.map(measured_names);
+        let is_colour = |name: &String| colours.names.iter().flatten().any(|colour| colour == name);
+        let is_common = |name: &&String| names[1].contains(name) && !is_colour(name);
+        let channel = |name: &str, [of_a, of_b]: [&String; 2]| {
+            Some(Channel {
+                name: name.to_owned(),
+                is_light: light[0].contains(of_a) && light[1].contains(of_b),
+                a: Measurement::of(a, of_a)?,
+                b: Measurement::of(b, of_b)?,
+            })
+        };
+        // Colours come first, and in their usual order.
+        let coloured =
+            colours.told.iter().enumerate().filter_map(|(place, told)| {
+                channel(told, [&colours.names[0][place], &colours.names[1][place]])
+            });
+        let others = names[0].iter().filter(is_common).filter_map(|name| channel(name, [name, name]));
+        let mut channels: Vec<Channel> = coloured.chain(others).collect();
+        channels.sort_by_key(|channel| !channel.is_light);
+        if !channels.first().is_some_and(|channel| channel.is_light) {
+            let [light_a, light_b] = light;
+            return Err(Mismatch::Channels([(label_a, light_a), (label_b, light_b)]));
         }
         let left_out = [0, 1].map(|side| {
-            names[side].iter().filter(|&name| !names[1 - side].contains(name)).cloned().collect()
+            let is_alone = |name: &&String| !names[1 - side].contains(name) && !is_colour(name);
+            names[side].iter().filter(is_alone).cloned().collect()
         });
-        let mut channels: Vec<Channel> = common
-            .into_iter()
-            .filter_map(|name| {
-                let (a, b) = (Measurement::of(a, &name)?, Measurement::of(b, &name)?);
-                Some(Channel { name, a, b })
-            })
-            .collect();
-        // Colours come first, and in their usual order.
-        let [colours, _] = colours;
-        let wanted = colours.map_or(Vec::new(), |(_, names)| names);
-        channels.sort_by_key(|channel| {
-            wanted.iter().position(|name| *name == channel.name).unwrap_or(wanted.len())
-        });
-        let colour =
-            (!wanted.is_empty()).then(|| (kind(wanted.len(), &wanted[0]), (0..wanted.len()).collect()));
-        Ok(Self { width: first_a.width, height: first_a.height, channels, colour, left_out })
+        let count = colours.told.len();
+        let colour = (count > 0).then(|| (kind(count, &colours.told[0]), (0..count).collect()));
+        let layers = colours.layers;
+        Ok(Self { width: first_a.width, height: first_a.height, channels, colour, layers, left_out })
+    }
+
+    /// The channels of light.
+    pub fn light(&self) -> impl Iterator<Item = &Channel<'a>> {
+        self.channels.iter().take_while(|channel| channel.is_light)
     }
 
     /// The colour of a pixel of both sides. `None` for files without colours.
@@ -135,16 +150,17 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Whether a pixel can be compared: all pictures have finite values and errors of it in every channel.
+    /// Whether a pixel can be compared: all pictures have finite values and errors of it in every channel of
+    /// light.
     pub fn is_good(&self, pixel: usize) -> bool {
-        self.channels.iter().all(|channel| channel.a.is_good(pixel) && channel.b.is_good(pixel))
+        self.light().all(|channel| channel.a.is_good(pixel) && channel.b.is_good(pixel))
     }
 
     /// Whether a picture of A has a value that is not finite there; whether one of B has.
     pub fn is_bad(&self, pixel: usize) -> [bool; 2] {
         [
-            self.channels.iter().any(|channel| !channel.a.values[pixel].is_finite()),
-            self.channels.iter().any(|channel| !channel.b.values[pixel].is_finite()),
+            self.light().any(|channel| !channel.a.values[pixel].is_finite()),
+            self.light().any(|channel| !channel.b.values[pixel].is_finite()),
         ]
     }
 }
@@ -154,7 +170,7 @@ fn check_alike(side: usize, pictures: &[Channels], first: &Channels) -> Result<(
     let label = |index| label(side, index, pictures.len());
     for (index, picture) in pictures.iter().enumerate().skip(1) {
         check_sizes([(&label(0), first), (&label(index), picture)])?;
-        let names = [first, picture].map(measured_names);
+        let names = [first, picture].map(light_names);
         if names[0] != names[1] {
             let [first, own] = names;
             return Err(Mismatch::Channels([(label(0), first), (label(index), own)]));
@@ -178,9 +194,44 @@ fn check_sizes(pictures: [(&str, &Channels); 2]) -> Result<(), Mismatch> {
     if sizes[0].1 == sizes[1].1 { Ok(()) } else { Err(Mismatch::Size(sizes)) }
 }
 
-/// The channels of light, in the order of the file.
-fn measured_names(picture: &Channels) -> Vec<String> {
-    picture.channels.iter().map(|(name, _)| name.clone()).filter(|name| is_measured(name)).collect()
+/// What all pictures of a side hold, but for what belongs to another channel or to the render.
+fn measured_names(pictures: &[Channels]) -> Vec<String> {
+    let is_measured = |name: &str| !name.starts_with("error.") && name != "samples";
+    let [first, others @ ..] = pictures else { return Vec::new() };
+    let names = first.channels.iter().map(|(name, _)| name);
+    let is_common = |name: &&String| others.iter().all(|other| other.channel(name).is_some());
+    names.filter(|name| is_measured(name)).filter(is_common).cloned().collect()
+}
+
+/// The channels of light, in the order of the file: those that the file calls so, else those whose names do
+/// not say something else.
+fn light_names(picture: &Channels) -> Vec<String> {
+    let names = measured_names(std::slice::from_ref(picture));
+    let is_light: Box<dyn Fn(&str) -> bool> = match picture.light() {
+        Some(light) => {
+            let light: BTreeSet<&str> = light.collect();
+            Box::new(move |name| light.contains(name))
+        }
+        None => Box::new(|name| may_be_light(name, picture)),
+    };
+    names.into_iter().filter(|name| is_light(name)).collect()
+}
+
+/// Whether the name of a channel leaves open that it is of light: it says neither alpha nor depth, nor what
+/// images of the scene are called here and in other programs.
+fn may_be_light(name: &str, picture: &Channels) -> bool {
+    let (layer, last) = name.split_at(layer_of(name).len());
+    let is_depth = last == "Z" && picture.channel(&format!("{layer}X")).is_none();
+    let of_scene = |part: &str| {
+        let known = AovKind::NAMES.iter().map(|&(known, _)| known).chain(["normal"]);
+        known.into_iter().any(|known| known.eq_ignore_ascii_case(part))
+    };
+    !(last == "A" || is_depth || name.split('.').any(of_scene))
+}
+
+/// The layer of a channel, with the dot behind it; empty where it is of none.
+fn layer_of(name: &str) -> &str {
+    name.rfind('.').map_or("", |dot| &name[..=dot])
 }
 
 /// A colour of linear Rec. 709 for [`super::flip`].
@@ -188,20 +239,49 @@ pub(super) fn rec709(xyz: Xyz) -> Rgb {
     crate::spectrum::colour::xyz_to_rec709(xyz)
 }
 
-/// The channels that are the picture's colours: those of no layer, else of the first layer that has any. The
-/// kind is told from the names.
-fn colours(names: &[String]) -> Option<(usize, Vec<String>)> {
-    let mut prefixes: Vec<&str> =
-        names.iter().map(|name| name.rfind('.').map_or("", |dot| &name[..=dot])).collect();
-    prefixes.sort_by_key(|prefix| !prefix.is_empty());
-    prefixes.dedup();
-    let sets: [&[&str]; 3] = [&["R", "G", "B"], &["X", "Y", "Z"], &["Y"]];
-    let found = |prefix: &str, set: &[&str]| -> Option<Vec<String>> {
-        let full: Vec<String> = set.iter().map(|name| format!("{prefix}{name}")).collect();
-        full.iter().all(|name| names.contains(name)).then_some(full)
+/// The colours that two sides have in common.
+#[derive(Default)]
+struct Colours {
+    /// Their channels of each side.
+    names: [Vec<String>; 2],
+    /// What they are called in what is told.
+    told: Vec<String>,
+    /// The layer of each side, without its dot.
+    layers: [String; 2],
+}
+
+/// The channels of light that are the colours of both sides: those of no layer, else of the first layer that
+/// has any, or of the layer that the other side has. No channels where neither side has colours; `None` where
+/// one side has colours of another kind than the other, or alone.
+fn colours(names: [&[String]; 2]) -> Option<Colours> {
+    let found = names.map(coloured_layers);
+    let (first_a, first_b) = match found.each_ref().map(|layers| layers.first()) {
+        [None, None] => return Some(Colours::default()),
+        [Some(a), Some(b)] => (*a, *b),
+        _ => return None,
     };
-    let all = prefixes.iter().flat_map(|prefix| sets.iter().map(move |set| found(prefix, set)));
-    all.flatten().next().map(|names| (names.len(), names))
+    let [a, b] = match () {
+        () if found[1].contains(&first_a) => [first_a; 2],
+        () if found[0].contains(&first_b) => [first_b; 2],
+        () if first_a.1 == first_b.1 => [first_a, first_b],
+        () => return None,
+    };
+    let named = |layer: &str| a.1.iter().map(|name| format!("{layer}{name}")).collect::<Vec<_>>();
+    let told = named(if a.0 == b.0 { a.0 } else { "" });
+    let layers = [a.0, b.0].map(|layer| layer.trim_end_matches('.').to_owned());
+    Some(Colours { names: [named(a.0), named(b.0)], told, layers })
+}
+
+/// The layers that have colours, with what these are called, those of no layer first. The kind is told from
+/// the names.
+fn coloured_layers(names: &[String]) -> Vec<(&str, &'static [&'static str])> {
+    const SETS: [&[&str]; 3] = [&["R", "G", "B"], &["X", "Y", "Z"], &["Y"]];
+    let mut layers: Vec<&str> = names.iter().map(|name| layer_of(name)).collect();
+    layers.sort_by_key(|layer| !layer.is_empty());
+    layers.dedup();
+    let has = |layer: &str, name: &str| names.iter().any(|known| *known == format!("{layer}{name}"));
+    let set = |layer: &str| SETS.into_iter().find(|set| set.iter().all(|name| has(layer, name)));
+    layers.into_iter().filter_map(|layer| Some((layer, set(layer)?))).collect()
 }
 
 fn kind(count: usize, first: &str) -> Colour {

@@ -198,8 +198,8 @@ impl Comparison {
             "detectable",
             "in a tile",
         ];
-        let width =
-            self.channels.iter().map(|channel| channel.name.chars().count()).max().unwrap_or(0).max(7);
+        let tested = self.channels.iter().filter(|channel| channel.tests.is_some());
+        let width = tested.map(|channel| channel.name.chars().count()).max().unwrap_or(0).max(7);
         let _ = write!(out, "\nWelch's t-test\n  {:<width$}", "channel");
         for column in columns {
             let _ = write!(out, "  {column:>10}");
@@ -312,6 +312,7 @@ fn short(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
+/// Nothing is a fraction of black.
 fn percent(fraction: f64) -> String {
-    format!("{} %", short(100.0 * fraction))
+    if fraction.is_finite() { format!("{} %", short(100.0 * fraction)) } else { "–".to_owned() }
 }

@@ -3,7 +3,7 @@
 
 use crate::common::folder::{Folder, stderr, stdout};
 use abbe::compare::{Options, compare};
-use abbe::output::exr::{Channels, write_channels};
+use abbe::output::exr::{Channels, Layout, write_channels};
 use serde_json::Value;
 use std::slice::from_ref;
 
@@ -310,7 +310,85 @@ fn odd_files_are_compared_as_far_as_they_go() {
     layered.half = layered.channels.iter().map(|(name, _)| name.clone()).collect();
     let compared = compare(from_ref(&layered), from_ref(&layered), &Options::default())
         .expect("files that can be compared");
-    assert!(compared.seen.is_some_and(|seen| seen.delta_e == 0.0 && seen.hdr_flip == 0.0));
+    assert!(compared.seen.as_ref().is_some_and(|seen| seen.delta_e == 0.0 && seen.hdr_flip == 0.0));
+    assert_eq!(compared.notes[0], "the colours are those of the layer beauty");
+
+    // Colours are compared whatever layer they are of.
+    let plain = small(&[("R", [0.5; 4]), ("G", [0.5; 4]), ("B", [0.25; 4])]);
+    let compared = compare(from_ref(&layered), from_ref(&plain), &Options::default())
+        .expect("files that can be compared");
+    let names: Vec<&str> = compared.channels.iter().map(|channel| channel.name.as_str()).collect();
+    assert_eq!(names, ["R", "G", "B"]);
+    assert_eq!(compared.channels[2].figures.bias, 1.0);
+    let told = [
+        "the colours of A are those of the layer beauty, of B those of no layer",
+        "only A has dn.X: left out",
+    ];
+    assert!(told.iter().all(|told| compared.notes.iter().any(|note| note == told)), "{:?}", compared.notes);
+    let other_kind = small(&[("other.X", [0.5; 4]), ("other.Y", [0.5; 4]), ("other.Z", [0.25; 4])]);
+    assert!(compare(from_ref(&layered), from_ref(&other_kind), &Options::default()).is_err());
+    // Files of others: what is named as an image of the scene, alpha or depth is not light.
+    let beside = [("A", [1.0; 4]), ("Layer.Normal.X", [0.0; 4]), ("Z", [3.0; 4]), ("albedo.R", [0.5; 4])];
+    let colours = [("R", [0.5; 4]), ("G", [0.5; 4]), ("B", [0.25; 4])];
+    let errors = ["error.R", "error.G", "error.B", "error.Z"].map(|name| (name, [0.1; 4]));
+    let others = small(&[&beside[..], &colours[..], &errors[..]].concat());
+    let compared = compare(from_ref(&others), from_ref(&others), &Options::default())
+        .expect("files that can be compared");
+    let tested = compared.channels.iter().filter(|channel| channel.tests.is_some());
+    assert_eq!(tested.map(|channel| channel.name.as_str()).collect::<Vec<_>>(), ["R", "G", "B"]);
+    assert_eq!(
+        compared.notes[0],
+        "not of light, and so compared but not tested: A Layer.Normal.X Z albedo.R"
+    );
+}
+
+/// Images beside the picture, whatever they are called, change neither the number of tests nor what they
+/// find.
+#[test]
+fn only_light_is_tested() {
+    let folder = scene("light");
+    let images = "--aov=a:albedo,depth,position,uv,geo_normal,sh_normal,dp_du,prim_index,shape_index";
+    for (seed, plain, with_images) in [("1", "a.exr", "c.exr"), ("2", "b.exr", "d.exr")] {
+        render(&folder, plain, &["--spp", "16", "--seed", seed, "--spectral", "2"]);
+        render(&folder, with_images, &["--spp", "16", "--seed", seed, "--spectral", "2", images]);
+    }
+    let (plain, _) = compared(&folder, &["a.exr", "b.exr"]);
+    let (with_images, _) = compared(&folder, &["c.exr", "d.exr"]);
+    let tests = |found: &Value| -> Vec<String> {
+        let channels = found["channels"].as_object().expect("channels").iter();
+        channels.filter(|(_, of)| of["p_mean"].is_number()).map(|(name, _)| name.clone()).collect()
+    };
+    assert_eq!(tests(&plain).len(), 5, "{plain}");
+    assert_eq!(tests(&plain), tests(&with_images));
+    assert_eq!(plain["figures"], with_images["figures"]);
+    assert!(with_images["channels"]["a.R"]["rmse"].is_number(), "{with_images}");
+    assert!(with_images["notes"][0].as_str().is_some_and(|note| note.contains("not tested: a.B")));
+    let table = stdout(&folder.run(&["compare", "c.exr", "d.exr"]));
+    assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
+}
+
+/// A part of a film and a whole film of its size may show different things.
+#[test]
+fn pictures_of_different_parts_are_told() {
+    let folder = scene("parts");
+    render(&folder, "part.exr", &["--spp", "4", "--crop", "8,4,8,8"]);
+    render(&folder, "same.exr", &["--spp", "4", "--crop", "8,4,8,8", "--seed", "2"]);
+    render(&folder, "whole.exr", &["--spp", "4", "--size", "8x8", "--seed", "2"]);
+    let (found, warned) = compared(&folder, &["part.exr", "whole.exr"]);
+    let note = "A begins at pixel 8,4 of its film and B at 0,0 (their data windows differ)";
+    assert!(warned.contains(note), "{warned}");
+    assert!(found["notes"][0].as_str().is_some_and(|told| told.contains(note)), "{found}");
+    assert_eq!(compared(&folder, &["part.exr", "same.exr"]).1, "");
+    let mut found =
+        compare(&[folder.picture("part.exr")], &[folder.picture("same.exr")], &Options::default())
+            .expect("files that can be compared");
+    let layout = |other: &[&str]| Layout {
+        offset: [0, 0],
+        other_parts: other.iter().map(|name| (*name).to_owned()).collect(),
+    };
+    found.tell_layouts([&[layout(&["depth", "diffuse"])], &[layout(&[])]]);
+    assert_eq!(found.notes, ["A is the first part of its file; it also has depth, diffuse"]);
+    assert!(found.assumptions.is_empty(), "{:?}", found.assumptions);
 }
 
 #[test]

@@ -16,7 +16,7 @@ mod writing;
 use super::{Content, Picture, error_bars};
 use crate::film::{PictureNoise, Quantity};
 use exr::prelude::*;
-pub use reading::{Channels, read};
+pub use reading::{Channels, Layout, layout, read};
 use smallvec::SmallVec;
 use std::collections::HashMap;
 use std::io::Cursor;
@@ -25,31 +25,35 @@ pub use stored::Stored;
 use tile_noise::TileNoise;
 pub use writing::write;
 
-/// What the channels of light are, by name.
-fn quantities(picture: &Picture) -> Vec<(String, Quantity)> {
-    let extras = &picture.film.extras;
-    let mut quantities: Vec<(String, Quantity)> = match &picture.content {
+/// What the channels of light are, by name: colours or responses, and spectral bins.
+fn light(picture: &Picture) -> Vec<(String, Quantity)> {
+    let mut light: Vec<(String, Quantity)> = match &picture.content {
         Content::Colour(colour) => {
             let colours = colour.channels().iter();
-            let alpha = extras.alpha.then(|| ("A".to_owned(), Quantity::Alpha));
-            colours
-                .map(|&(name, weights)| (name.to_owned(), Quantity::Combined(weights)))
-                .chain(alpha)
-                .collect()
+            colours.map(|&(name, weights)| (name.to_owned(), Quantity::Combined(weights))).collect()
         }
         Content::Responses(names) => {
             names.iter().enumerate().map(|(index, name)| (name.clone(), Quantity::Response(index))).collect()
         }
     };
+    if let Some(bins) = picture.film.extras.bins {
+        let bin = |bin| (spectral_channel(bins.centre(bin)), Quantity::Bin(bin));
+        light.extend((0..bins.count).map(bin));
+    }
+    light
+}
+
+/// What the film has measured, by the names of the channels: light, and what goes with it.
+fn quantities(picture: &Picture) -> Vec<(String, Quantity)> {
+    let mut quantities = light(picture);
+    if let (Content::Colour(_), true) = (&picture.content, picture.film.extras.alpha) {
+        quantities.push(("A".to_owned(), Quantity::Alpha));
+    }
     if let Some([means, squares]) = &picture.moments {
         for (of, &(name, weights)) in super::Colour::Xyz.channels().iter().enumerate() {
             quantities.push((format!("{means}.{name}"), Quantity::Combined(weights)));
             quantities.push((format!("{squares}.{name}"), Quantity::SecondMoment(of)));
         }
-    }
-    if let Some(bins) = extras.bins {
-        let bin = |bin| (spectral_channel(bins.centre(bin)), Quantity::Bin(bin));
-        quantities.extend((0..bins.count).map(bin));
     }
     quantities
 }
@@ -104,6 +108,8 @@ fn attributes(
     let text = |value: &str| AttributeValue::Text(utf8(value));
     let mut attributes: HashMap<Text, AttributeValue> =
         picture.attributes.iter().map(|(name, value)| (Text::from(name.as_str()), text(value))).collect();
+    let light: Vec<String> = light(picture).into_iter().map(|(name, _)| name).collect();
+    attributes.insert(Text::from(LIGHT), text(&light.join("\n")));
     if picture.has_errors() {
         let film = picture.film;
         let degrees = error_bars::degrees(film.extent.window.size, film.replicates);
@@ -132,6 +138,10 @@ fn attributes(
     }
     attributes
 }
+
+/// Attribute with the names of the channels of light, a line for each. Other channels tell of the scene or of
+/// the render.
+const LIGHT: &str = "abbe.light";
 
 /// Attribute with the standard error of the mean over all pixels, of each channel.
 const MEAN_ERROR: &str = "abbe.meanError";

@@ -1,6 +1,6 @@
 //! Reading a whole EXR file.
 
-use super::{MEAN_ERROR, TILE_NOISE, TILE_NOISES, tile_noise};
+use super::{LIGHT, MEAN_ERROR, TILE_NOISE, TILE_NOISES, tile_noise};
 use exr::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
@@ -29,6 +29,11 @@ impl Channels {
     /// An attribute that is text.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    }
+
+    /// The names of the channels of light, where the file states them.
+    pub fn light(&self) -> Option<impl Iterator<Item = &str>> {
+        Some(self.attribute(LIGHT)?.lines())
     }
 
     /// The standard error of the mean of a channel over all pixels, where the file states it.
@@ -89,6 +94,33 @@ pub fn read(path: &Path) -> std::io::Result<Channels> {
     Ok(Channels { width: size.0, height: size.1, channels: named.collect(), half, attributes })
 }
 
+/// Which part of which picture the channels are that [`read()`] finds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Layout {
+    /// Column and row of the first pixel (the corner of the data window).
+    pub offset: [i32; 2],
+    /// What the other parts of the file are called.
+    pub other_parts: Vec<String>,
+}
+
+/// Reads where the picture of a file stands, and what else the file holds.
+///
+/// # Errors
+/// What makes the file unreadable, or that it has no flat channels.
+pub fn layout(path: &Path) -> std::io::Result<Layout> {
+    let headers = exr::meta::MetaData::read_from_file(path, false).map_err(damaged)?.headers;
+    let Some(read) = headers.iter().position(|header| !header.deep) else {
+        return Err(std::io::Error::other("the file has no flat channels"));
+    };
+    let Vec2(x, y) = headers[read].own_attributes.layer_position;
+    let name = |(number, header): (usize, &exr::meta::header::Header)| {
+        let name = header.own_attributes.layer_name.as_ref().map(decoded);
+        name.unwrap_or_else(|| format!("part {}", number + 1))
+    };
+    let others = headers.iter().enumerate().filter(|(number, _)| *number != read);
+    Ok(Layout { offset: [x, y], other_parts: others.map(name).collect() })
+}
+
 pub(super) fn damaged(error: exr::error::Error) -> std::io::Error {
     std::io::Error::new(std::io::ErrorKind::InvalidData, format!("not a readable OpenEXR file: {error}"))
 }
@@ -113,4 +145,32 @@ const MOST_COMPRESSED: u64 = 2048;
 /// The inverse of [`utf8`].
 pub(super) fn decoded(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_part_is_read_and_the_others_are_named() {
+        let part = |name: Option<&str>, value: f32| {
+            let channel = AnyChannel::new("Y", FlatSamples::F32(vec![value; 4]));
+            let mut attributes = LayerAttributes { layer_name: name.map(Text::from), ..Default::default() };
+            attributes.layer_position = Vec2(8, 4);
+            Layer::new(
+                (2, 2),
+                attributes,
+                Encoding::UNCOMPRESSED,
+                AnyChannels::sort(smallvec::smallvec![channel]),
+            )
+        };
+        let layers = smallvec::smallvec![part(Some("beauty"), 1.0), part(Some("depth"), 2.0)];
+        let image = Image::from_layers(ImageAttributes::new(IntegerBounds::new((0, 0), (16, 16))), layers);
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("parts.exr");
+        image.write().to_file(&path).expect("a file can be written");
+        assert_eq!(read(&path).expect("a picture").channel("Y"), Some(&[1.0; 4][..]));
+        let expected = Layout { offset: [8, 4], other_parts: vec!["depth".to_owned()] };
+        assert_eq!(layout(&path).expect("a picture"), expected);
+    }
 }
