@@ -1,9 +1,8 @@
 //! Opaque metal, smooth and rough.
 
-use super::microfacet::{Beckmann, Distribution, Facets, Ggx, Microfacets};
+use super::microfacet::{FacetReflection, Microfacets};
 use super::{Evaluation, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
-use crate::lanes::{Real, Vector};
 use crate::sampling::Density;
 use crate::spectrum::Sampled;
 
@@ -49,53 +48,6 @@ pub struct RoughConductor<const C: usize> {
     pub microfacets: Microfacets,
 }
 
-/// What facets reflect from one direction to another, but for the Fresnel reflectance.
-#[derive(Clone, Copy, Debug)]
-pub struct FacetReflection<R> {
-    /// `D G / (4 cos θ_eye)`; zero where nothing is reflected.
-    pub value: R,
-    /// The density of sampling the direction, sr⁻¹.
-    pub density: R,
-    /// Between the facet's normal and the directions.
-    pub cos: R,
-}
-
-impl<R: Real> FacetReflection<R> {
-    /// From `eye` to `light`, in the local frame, by what facets of a normal reflect; see [`Self::about`].
-    /// Both graze the surface from opposite sides where no facet can be told.
-    #[inline(always)]
-    pub fn between(eye: Vector<R>, light: Vector<R>, about: impl Fn(Vector<R>) -> Self) -> Self {
-        let zero = R::of(0.0);
-        let sum = eye + light;
-        let length = sum.length();
-        let found = about(sum * (R::of(1.0) / length));
-        let reflects = eye.z.gt(zero) & light.z.gt(zero) & length.gt(zero);
-        let only = |number: R| R::choose(reflects, number, zero);
-        Self { value: only(found.value), density: only(found.density), ..found }
-    }
-
-    /// By way of the facets of normal `m`, from above.
-    #[inline(always)]
-    pub fn about(facets: &impl Facets<R>, eye: Vector<R>, light: Vector<R>, m: Vector<R>) -> Self {
-        let (zero, one, four) = (R::of(0.0), R::of(1.0), R::of(4.0));
-        let cos = eye.dot(m).greater(zero).lesser(one);
-        let value = facets.d(m) * (facets.g1(eye, m) * facets.g1(light, m)) / (four * eye.z);
-        // Reflection about m turns its steradians into 4 (v·m) of the reflected ray's.
-        let density = facets.visible(eye, m) / (four * cos);
-        Self { value, density: R::choose(cos.gt(zero), density, zero), cos }
-    }
-
-    /// `yes` where the truth holds, `no` elsewhere.
-    #[inline(always)]
-    pub fn choose(truth: R::Truth, yes: Self, no: Self) -> Self {
-        Self {
-            value: R::choose(truth, yes.value, no.value),
-            density: R::choose(truth, yes.density, no.density),
-            cos: R::choose(truth, yes.cos, no.cos),
-        }
-    }
-}
-
 impl<const C: usize> RoughConductor<C> {
     pub(super) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
         if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
@@ -130,12 +82,8 @@ impl<const C: usize> RoughConductor<C> {
 
     /// Value and density of going from one direction to the other by way of the facet `m`.
     fn at(&self, toward_eye: Vec3, toward_light: Vec3, m: Vec3) -> Evaluation<C> {
-        let [eye, light, m] = [toward_eye, toward_light, m].map(Vector::of);
-        let alpha = self.microfacets.alpha();
-        let FacetReflection { value, density, cos } = match self.microfacets.distribution() {
-            Distribution::Beckmann => FacetReflection::about(&Beckmann { alpha }, eye, light, m),
-            Distribution::Ggx => FacetReflection::about(&Ggx { alpha }, eye, light, m),
-        };
+        let FacetReflection { value, density, cos } =
+            self.microfacets.reflection(toward_eye, toward_light, m);
         Evaluation { f_cos: self.facet.reflectance(cos) * value, density: Sampled::splat(density) }
     }
 }

@@ -179,6 +179,53 @@ const REST: [f64; 19] = [
     4.701_227_253_342_82e-12,
 ];
 
+/// What facets reflect from one direction to another, but for the Fresnel reflectance.
+#[derive(Clone, Copy, Debug)]
+pub struct FacetReflection<R> {
+    /// `D G / (4 cos θ_eye)`; zero where nothing is reflected.
+    pub value: R,
+    /// The density of sampling the direction, sr⁻¹.
+    pub density: R,
+    /// Between the facet's normal and the directions.
+    pub cos: R,
+}
+
+impl<R: Real> FacetReflection<R> {
+    /// From `eye` to `light`, in the local frame, by what facets of a normal reflect; see [`Self::about`].
+    /// Both graze the surface from opposite sides where no facet can be told.
+    #[inline(always)]
+    pub fn between(eye: Vector<R>, light: Vector<R>, about: impl Fn(Vector<R>) -> Self) -> Self {
+        let zero = R::of(0.0);
+        let sum = eye + light;
+        let length = sum.length();
+        let found = about(sum * (R::of(1.0) / length));
+        let reflects = eye.z.gt(zero) & light.z.gt(zero) & length.gt(zero);
+        let only = |number: R| R::choose(reflects, number, zero);
+        Self { value: only(found.value), density: only(found.density), ..found }
+    }
+
+    /// By way of the facets of normal `m`, from above.
+    #[inline(always)]
+    pub fn about(facets: &impl Facets<R>, eye: Vector<R>, light: Vector<R>, m: Vector<R>) -> Self {
+        let (zero, one, four) = (R::of(0.0), R::of(1.0), R::of(4.0));
+        let cos = eye.dot(m).greater(zero).lesser(one);
+        let value = facets.d(m) * (facets.g1(eye, m) * facets.g1(light, m)) / (four * eye.z);
+        // Reflection about m turns its steradians into 4 (v·m) of the reflected ray's.
+        let density = facets.visible(eye, m) / (four * cos);
+        Self { value, density: R::choose(cos.gt(zero), density, zero), cos }
+    }
+
+    /// `yes` where the truth holds, `no` elsewhere.
+    #[inline(always)]
+    pub fn choose(truth: R::Truth, yes: Self, no: Self) -> Self {
+        Self {
+            value: R::choose(truth, yes.value, no.value),
+            density: R::choose(truth, yes.density, no.density),
+            cos: R::choose(truth, yes.cos, no.cos),
+        }
+    }
+}
+
 /// A distribution of facet normals with its two roughnesses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microfacets {
@@ -239,6 +286,16 @@ impl Microfacets {
         match self.distribution {
             Distribution::Beckmann => self.beckmann().visible(v.into(), m.into()),
             Distribution::Ggx => self.ggx().visible(v.into(), m.into()),
+        }
+    }
+
+    /// See [`FacetReflection::about`].
+    #[inline]
+    pub fn reflection(&self, eye: Vec3, light: Vec3, m: Vec3) -> FacetReflection<f64> {
+        let [eye, light, m] = [eye, light, m].map(Vector::of);
+        match self.distribution {
+            Distribution::Beckmann => FacetReflection::about(&self.beckmann(), eye, light, m),
+            Distribution::Ggx => FacetReflection::about(&self.ggx(), eye, light, m),
         }
     }
 

@@ -26,12 +26,12 @@ mod rough_plastic;
 mod roughness;
 mod thin_dielectric;
 
-pub use conductor::{Conductor, FacetReflection, RoughConductor};
+pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::{AIR_INDEX, Dielectric, DielectricTextures, Exterior};
 pub use hair::{Fibre, Hair, HairTextures};
 pub use lambert::{DiffuseTransmitter, Lambert};
 pub use metal::{EvenRoughMetal, Metal};
-pub use microfacet::{Beckmann, Ggx, Microfacets};
+pub use microfacet::{Beckmann, FacetReflection, Ggx, Microfacets};
 pub use plastic::{DiffuseBase, Plastic, PlasticTextures};
 pub(crate) use principled::LEAST_INDEX;
 pub use principled::{

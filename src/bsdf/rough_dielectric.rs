@@ -94,21 +94,16 @@ impl<const C: usize> RoughDielectric<C> {
 
     /// Reflection of `light` to `eye`, both above, by facets `m`, which is the same for all lanes.
     fn reflection(&self, eye: Vec3, light: Vec3, m: Vec3, eta: Sampled<C>) -> Evaluation<C> {
-        let cos = eye.dot(m).min(1.0);
-        if cos <= 0.0 {
-            return Evaluation::ZERO;
-        }
-        let facets = self.microfacets.d(m) * self.microfacets.g(eye, light, m) / (4.0 * eye.z);
-        let visible = self.microfacets.visible(eye, m) / (4.0 * cos);
-        let interfaces = interfaces(cos, eta);
+        let facets = self.microfacets.reflection(eye, light, m);
+        let interfaces = interfaces(facets.cos, eta);
         lanes(|lane| {
             if is_matched(eta[lane]) {
                 return Lane::ZERO;
             }
             let reflectance = interfaces[lane].reflectance;
             Lane {
-                f_cos: self.facet.specular_reflectance[lane] * reflectance * facets,
-                density: self.facet.choice(lane, reflectance).reflection * visible,
+                f_cos: self.facet.specular_reflectance[lane] * reflectance * facets.value,
+                density: self.facet.choice(lane, reflectance).reflection * facets.density,
             }
         })
     }

@@ -138,10 +138,8 @@ impl<const C: usize> RoughPlastic<C> {
         }
         let Some(m) = (toward_eye + toward_light).try_normalize() else { return Evaluation::ZERO };
         let RoughCoat { microfacets, eta, inner_reflectance, .. } = self.coat;
-        let cos = toward_eye.dot(m).clamp(0.0, 1.0);
-        let facets = microfacets.d(m) * microfacets.g(toward_eye, toward_light, m);
-        let coat = fresnel::dielectric(cos, *eta).reflectance * facets / (4.0 * toward_eye.z);
-        let coat_density = if cos > 0.0 { microfacets.visible(toward_eye, m) / (4.0 * cos) } else { 0.0 };
+        let facets = microfacets.reflection(toward_eye, toward_light, m);
+        let coat = fresnel::dielectric(facets.cos, *eta).reflectance * facets.value;
         let cosine = toward_light.z * FRAC_1_PI;
         let through = self.coat.transmittance(toward_eye.z) * self.coat.transmittance(toward_light.z);
         let base = cosine * through / (eta * eta);
@@ -151,7 +149,7 @@ impl<const C: usize> RoughPlastic<C> {
                 self.specular_reflectance[lane] * coat
                     + self.base.with_interreflection(lane, *inner_reflectance) * base
             }),
-            density: reflected.map(|reflected| reflected * coat_density + (1.0 - reflected) * cosine),
+            density: reflected.map(|reflected| reflected * facets.density + (1.0 - reflected) * cosine),
         }
     }
 

@@ -157,20 +157,17 @@ impl<const C: usize> Principled<C> {
         above: bool,
         lobes: [[f64; LOBES]; C],
     ) -> Evaluation<C> {
-        let cos = eye.dot(m).clamp(0.0, 1.0);
+        let facets = self.base.microfacets(1.0).reflection(eye, light, m);
+        let cos = facets.cos;
         let interface = interface(cos, eta);
-        let microfacets = self.base.microfacets(1.0);
-        let facets = microfacets.d(m) * microfacets.g(eye, light, m) / (4.0 * eye.z);
-        // Jacobian of the reflection about m: dω′ = 4 (v·m) dm.
-        let reflection = if cos > 0.0 { 1.0 / (4.0 * cos) } else { 0.0 };
-        let facets_density = microfacets.visible(eye, m) * reflection;
         let (mut coat, mut coat_density) = (0.0, 0.0);
         if above && self.clearcoat > 0.0 {
             let lacquer = ClearCoat::new(self.clearcoat_gloss);
             let d = lacquer.d(m);
             let fresnel = mix(COAT_REFLECTANCE, 1.0, schlick_weight(schlick_cosine(cos, eta, interface)));
             coat = 0.25 * self.clearcoat * fresnel * d * lacquer.g(eye, light, m) * light.z;
-            coat_density = d * m.z * reflection;
+            // Jacobian of the reflection about m: dω′ = 4 (v·m) dm.
+            coat_density = if cos > 0.0 { d * m.z / (4.0 * cos) } else { 0.0 };
         }
         let diffuse = if above {
             self.diffuse_weight() * FRAC_1_PI * self.base.diffuse(eye.z, light.z, cos)
@@ -183,10 +180,10 @@ impl<const C: usize> Principled<C> {
             let facet = self.facets(lane, cos, eta, interface, above);
             let sheen = if above { (1.0 - self.metallic) * self.base.sheen(lane, cos) } else { 0.0 };
             evaluation.f_cos[lane] =
-                facet.reflectance * facets + coat + light.z * (self.base.color[lane] * diffuse + sheen);
+                facet.reflectance * facets.value + coat + light.z * (self.base.color[lane] * diffuse + sheen);
             evaluation.density[lane] = probability[DIFFUSE] * cosine
                 + probability[COAT] * coat_density
-                + probability[FACETS] * facet.reflection_probability() * facets_density;
+                + probability[FACETS] * facet.reflection_probability() * facets.density;
         }
         evaluation
     }

@@ -2,7 +2,7 @@
 
 use super::albedo::{self, Albedo};
 use super::{MEAN_SHEEN, PrincipledBase, choose, cosine_density, interface, mix, probabilities};
-use crate::bsdf::microfacet::Microfacets;
+use crate::bsdf::microfacet::{FacetReflection, Microfacets};
 use crate::bsdf::{Evaluation, Scatter, flipped, reflected};
 use crate::geometry::Vec3;
 use crate::sampling::warp;
@@ -54,14 +54,9 @@ impl<const C: usize> PrincipledThin<C> {
         // Transmission mirrors the reflection to the other side.
         let mirrored = if transmitted { flipped(light) } else { light };
         let Some(m) = (eye + mirrored).try_normalize() else { return Evaluation::ZERO };
-        let cos = eye.dot(m).clamp(0.0, 1.0);
+        let FacetReflection { value, density, cos } = self.facets(transmitted).reflection(eye, mirrored, m);
         let interface = interface(cos, self.eta);
-        let microfacets = self.facets(transmitted);
-        let reflection = if cos > 0.0 { 1.0 / (4.0 * cos) } else { 0.0 };
-        let facets_density = microfacets.visible(eye, m) * reflection;
-        let cut = transmitted && is_cut(light, m);
-        let facets =
-            if cut { 0.0 } else { microfacets.d(m) * microfacets.g(eye, mirrored, m) / (4.0 * eye.z) };
+        let facets = if transmitted && is_cut(light, m) { 0.0 } else { value };
         let cosine = cosine_density(light.z);
         let lobes = self.lobes(eye.z);
         let (diffuse_lobe, facets_lobe) =
@@ -85,7 +80,7 @@ impl<const C: usize> PrincipledThin<C> {
             evaluation.f_cos[lane] =
                 self.base.spec_trans * specular * facets + light.z.abs() * (color * diffuse + sheen);
             evaluation.density[lane] =
-                probability[diffuse_lobe] * cosine + probability[facets_lobe] * facets_density;
+                probability[diffuse_lobe] * cosine + probability[facets_lobe] * density;
         }
         if let Some(albedo) = self.albedo {
             let divisor = albedo::divisor(self.returned(albedo, eye), self.returned(albedo, mirrored));
