@@ -47,6 +47,7 @@ use crate::geometry::Vec3;
 use crate::sampling::Density;
 use crate::spectrum::Sampled;
 use crate::texture::{Texture, TexturePoint};
+use fresnel::Interface;
 
 /// How a surface scatters at one point, at the wavelengths of one path.
 #[derive(Clone, Copy, Debug)]
@@ -409,6 +410,13 @@ fn flipped(direction: Vec3) -> Vec3 {
 /// Mirror direction of `v` about `m`.
 fn reflected(v: Vec3, m: Vec3) -> Vec3 {
     m * (2.0 * v.dot(m)) - v
+}
+
+/// Refracted direction of `v` by a facet `m` that it sees. `eta` is the index of the far side over that of the
+/// near side, and `interface` is that of the cosine v·m.
+#[inline]
+fn refracted(v: Vec3, m: Vec3, eta: f64, interface: Interface) -> Vec3 {
+    m * (v.dot(m) / eta - interface.cos_refracted) - v / eta
 }
 
 /// The value of a BSDF for a pair of directions.

@@ -3,7 +3,7 @@
 use super::dielectric::{Dielectric, interfaces};
 use super::fresnel;
 use super::microfacet::Microfacets;
-use super::{Evaluation, Scatter, flipped, reflected};
+use super::{Evaluation, Scatter, flipped, reflected, refracted};
 use crate::geometry::Vec3;
 use crate::sampling::Density;
 use crate::spectrum::Sampled;
@@ -67,14 +67,9 @@ impl<const C: usize> RoughDielectric<C> {
         }
         let eye = if toward_eye.z < 0.0 { flipped(toward_eye) } else { toward_eye };
         let m = self.microfacets.sample_visible(eye, u);
-        let cos = eye.dot(m).clamp(0.0, 1.0);
-        let hero = fresnel::dielectric(cos, eta.hero());
+        let hero = fresnel::dielectric(eye.dot(m).clamp(0.0, 1.0), eta.hero());
         let transmitted = lobe >= self.facet.choice(0, hero.reflectance).reflection;
-        let light = if transmitted {
-            m * (cos / eta.hero() - hero.cos_refracted) - eye / eta.hero()
-        } else {
-            reflected(eye, m)
-        };
+        let light = if transmitted { refracted(eye, m, eta.hero(), hero) } else { reflected(eye, m) };
         if light.z == 0.0 || (light.z < 0.0) != transmitted {
             return None;
         }

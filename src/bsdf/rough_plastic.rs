@@ -2,7 +2,7 @@
 
 use super::microfacet::{Distribution, Microfacets};
 use super::plastic::DiffuseBase;
-use super::{Evaluation, Scatter, fresnel, reflected};
+use super::{Evaluation, Scatter, fresnel, reflected, refracted};
 use crate::geometry::Vec3;
 use crate::sampling::quadrature::gauss_legendre;
 use crate::sampling::warp;
@@ -115,13 +115,12 @@ fn interface_albedo(
         for &(second, second_weight) in rule {
             let weight = first_weight * second_weight;
             let m = microfacets.sample_visible(from, [first, second]);
-            let cos = from.dot(m).clamp(0.0, 1.0);
-            let interface = fresnel::dielectric(cos, eta);
+            let interface = fresnel::dielectric(from.dot(m).clamp(0.0, 1.0), eta);
             let mirrored = reflected(from, m);
             if mirrored.z > 0.0 {
                 albedo.reflected += weight * interface.reflectance * microfacets.g1(mirrored, m);
             }
-            let refracted = m * (cos / eta - interface.cos_refracted) - from / eta;
+            let refracted = refracted(from, m, eta, interface);
             if refracted.z < 0.0 && interface.reflectance < 1.0 {
                 // The facets hide a direction below just as they hide its opposite above.
                 albedo.transmitted += weight * (1.0 - interface.reflectance) * microfacets.g1(-refracted, m);

@@ -16,7 +16,7 @@
 
 use super::clear_coat::ClearCoat;
 use super::{COAT_REFLECTANCE, PrincipledBase, interface, mix, schlick_cosine, schlick_weight, thin};
-use crate::bsdf::{flipped, reflected};
+use crate::bsdf::{flipped, reflected, refracted};
 use crate::geometry::{Vec3, angle};
 use crate::sampling::quadrature::gauss_legendre;
 use crate::sampling::warp;
@@ -188,7 +188,7 @@ fn facets(base: &PrincipledBase<1>, eye: Vec3, eta: f64, thin: bool, rule: &[(f6
                     sums[3] += weight * (1.0 - met.reflectance) * behind.g1(mirrored, m);
                 }
             } else {
-                let refracted = m * (cos / eta - met.cos_refracted) - eye / eta;
+                let refracted = refracted(eye, m, eta, met);
                 if refracted.z < 0.0 {
                     sums[3] += weight * (1.0 - met.reflectance) * microfacets.g1(-refracted, m);
                 }

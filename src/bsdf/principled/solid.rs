@@ -7,7 +7,7 @@ use super::{
     schlick_cosine, schlick_weight,
 };
 use crate::bsdf::fresnel::Interface;
-use crate::bsdf::{Evaluation, Scatter, flipped, reflected};
+use crate::bsdf::{Evaluation, Scatter, flipped, reflected, refracted};
 use crate::geometry::Vec3;
 use crate::sampling::warp;
 use crate::spectrum::Sampled;
@@ -134,7 +134,7 @@ impl<const C: usize> Principled<C> {
                 if rest < self.facets(0, cos, eta, interface, above).reflection_probability() {
                     (reflected(eye, m), false)
                 } else {
-                    (m * (cos / eta - interface.cos_refracted) - eye / eta, true)
+                    (refracted(eye, m, eta, interface), true)
                 }
             }
         };
