@@ -226,6 +226,40 @@ impl<R: Real> FacetReflection<R> {
     }
 }
 
+/// What facets transmit from one direction to another, but for the Fresnel transmittance.
+#[derive(Clone, Copy, Debug)]
+pub struct FacetTransmission {
+    /// `f · |cos θ_light|` of facets that transmit everything.
+    pub value: f64,
+    /// The density of sampling the direction, sr⁻¹.
+    pub density: f64,
+    /// Between the facet's normal and the eye.
+    pub cos: f64,
+}
+
+impl FacetTransmission {
+    /// See [`Microfacets::transmission`].
+    #[inline(always)]
+    fn about(facets: &impl Facets<f64>, eye: Vec3, light: Vec3, m: Vec3, eta: f64) -> Option<Self> {
+        let (cos, cos_light) = (eye.dot(m).min(1.0), -light.dot(m));
+        if cos <= 0.0 || cos_light <= 0.0 {
+            return None;
+        }
+        let root = cos - eta * cos_light;
+        // Steradians of facets per steradian of the refracted ray, but for a factor η² (Walter et al., eq. 17),
+        // which is the inverse of the compression of radiance: the value has neither.
+        let jacobian = cos_light / (root * root);
+        // The facets hide light below just as they hide its mirror image above.
+        let [eye, opposite, m] = [eye, -light, m].map(Vector::of);
+        let shadowing = facets.g1(eye, m) * facets.g1(opposite, m);
+        Some(Self {
+            value: facets.d(m) * shadowing * jacobian * cos / eye.z,
+            density: facets.visible(eye, m) * jacobian * eta * eta,
+            cos,
+        })
+    }
+}
+
 /// A distribution of facet normals with its two roughnesses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microfacets {
@@ -296,6 +330,16 @@ impl Microfacets {
         match self.distribution {
             Distribution::Beckmann => FacetReflection::about(&self.beckmann(), eye, light, m),
             Distribution::Ggx => FacetReflection::about(&self.ggx(), eye, light, m),
+        }
+    }
+
+    /// From `light`, below, to `eye`, above, by way of the facets of normal `m`. `eta` is the index below over
+    /// that above. `None` where one of the directions would see the wrong side of the facets.
+    #[inline]
+    pub fn transmission(&self, eye: Vec3, light: Vec3, m: Vec3, eta: f64) -> Option<FacetTransmission> {
+        match self.distribution {
+            Distribution::Beckmann => FacetTransmission::about(&self.beckmann(), eye, light, m, eta),
+            Distribution::Ggx => FacetTransmission::about(&self.ggx(), eye, light, m, eta),
         }
     }
 

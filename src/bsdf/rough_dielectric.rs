@@ -129,25 +129,11 @@ impl<const C: usize> RoughDielectric<C> {
 
     fn transmission_lane(&self, lane: usize, eye: Vec3, light: Vec3, facet: Option<Vec3>, eta: f64) -> Lane {
         let Some(m) = facet else { return Lane::ZERO };
-        let (cos_eye, cos_light) = (eye.dot(m).min(1.0), -light.dot(m));
-        if cos_eye <= 0.0 || cos_light <= 0.0 {
-            return Lane::ZERO;
-        }
-        let reflectance = fresnel::dielectric(cos_eye, eta).reflectance;
-        let root = cos_eye - eta * cos_light;
-        // Per steradian of facets, over the refracted ray's steradians (Walter et al., eq. 17). The
-        // factor η² in it is the inverse of the compression of radiance, so the value has neither.
-        let jacobian = cos_light / (root * root);
-        // The facets hide light below just as they hide its mirror image above.
-        let shadowing = self.microfacets.g(eye, -light, m);
-        let power = self.facet.specular_transmittance[lane] * (1.0 - reflectance);
+        let Some(facets) = self.microfacets.transmission(eye, light, m, eta) else { return Lane::ZERO };
+        let reflectance = fresnel::dielectric(facets.cos, eta).reflectance;
         Lane {
-            f_cos: power * self.microfacets.d(m) * shadowing * jacobian * cos_eye / eye.z,
-            density: self.facet.choice(lane, reflectance).transmission
-                * self.microfacets.visible(eye, m)
-                * jacobian
-                * eta
-                * eta,
+            f_cos: self.facet.specular_transmittance[lane] * (1.0 - reflectance) * facets.value,
+            density: self.facet.choice(lane, reflectance).transmission * facets.density,
         }
     }
 

@@ -198,22 +198,16 @@ impl<const C: usize> Principled<C> {
         above: bool,
         lobes: [[f64; LOBES]; C],
     ) -> Evaluation<C> {
-        let (cos_eye, cos_light) = (eye.dot(m).min(1.0), -light.dot(m));
-        if cos_eye <= 0.0 || cos_light <= 0.0 {
+        let Some(facets) = self.base.microfacets(1.0).transmission(eye, light, m, eta) else {
             return Evaluation::ZERO;
-        }
-        let interface = interface(cos_eye, eta);
-        let microfacets = self.base.microfacets(1.0);
-        let root = cos_eye - eta * cos_light;
-        // As in a rough interface: the value's η² and the radiance scaling cancel.
-        let jacobian = cos_light / (root * root);
-        let facets = microfacets.d(m) * microfacets.g(eye, -light, m) * jacobian * cos_eye / eye.z;
-        let density = microfacets.visible(eye, m) * jacobian * eta * eta;
+        };
+        let interface = interface(facets.cos, eta);
         let mut evaluation = Evaluation::ZERO;
         for (lane, probability) in lobes.iter().enumerate() {
-            let facet = self.facets(lane, cos_eye, eta, interface, above);
-            evaluation.f_cos[lane] = facet.transmittance * facets;
-            evaluation.density[lane] = probability[FACETS] * facet.transmission_probability() * density;
+            let facet = self.facets(lane, facets.cos, eta, interface, above);
+            evaluation.f_cos[lane] = facet.transmittance * facets.value;
+            evaluation.density[lane] =
+                probability[FACETS] * facet.transmission_probability() * facets.density;
         }
         evaluation
     }
