@@ -294,14 +294,6 @@ impl Microfacets {
         self.alpha_u != self.alpha_v
     }
 
-    /// See [`Facets::d`].
-    pub fn d(&self, m: Vec3) -> f64 {
-        match self.distribution {
-            Distribution::Beckmann => self.beckmann().d(m.into()),
-            Distribution::Ggx => self.ggx().d(m.into()),
-        }
-    }
-
     /// See [`Facets::g1`].
     pub fn g1(&self, v: Vec3, m: Vec3) -> f64 {
         match self.distribution {
@@ -313,14 +305,6 @@ impl Microfacets {
     /// G(a, b, m) = G1(a, m) G1(b, m): masking and shadowing taken as independent, as Mitsuba does.
     pub fn g(&self, a: Vec3, b: Vec3, m: Vec3) -> f64 {
         self.g1(a, m) * self.g1(b, m)
-    }
-
-    /// See [`Facets::visible`].
-    pub fn visible(&self, v: Vec3, m: Vec3) -> f64 {
-        match self.distribution {
-            Distribution::Beckmann => self.beckmann().visible(v.into(), m.into()),
-            Distribution::Ggx => self.ggx().visible(v.into(), m.into()),
-        }
     }
 
     /// See [`FacetReflection::about`].
@@ -343,7 +327,7 @@ impl Microfacets {
         }
     }
 
-    /// A facet normal with density [`Self::visible`] from two uniform numbers in [0, 1).
+    /// A facet normal with density [`Facets::visible`] from two uniform numbers in [0, 1).
     /// `v.z` must be positive.
     pub fn sample_visible(&self, v: Vec3, u: [f64; 2]) -> Vec3 {
         match self.distribution {
@@ -454,6 +438,24 @@ mod tests {
     use super::*;
     use crate::stats::{SphereCells, sidak, sphere_chi_square};
     use std::f64::consts::FRAC_PI_2;
+
+    impl Microfacets {
+        /// See [`Facets::d`].
+        fn d(&self, m: Vec3) -> f64 {
+            match self.distribution {
+                Distribution::Beckmann => self.beckmann().d(m.into()),
+                Distribution::Ggx => self.ggx().d(m.into()),
+            }
+        }
+
+        /// See [`Facets::visible`].
+        fn visible(&self, v: Vec3, m: Vec3) -> f64 {
+            match self.distribution {
+                Distribution::Beckmann => self.beckmann().visible(v.into(), m.into()),
+                Distribution::Ggx => self.ggx().visible(v.into(), m.into()),
+            }
+        }
+    }
 
     const DISTRIBUTIONS: [Distribution; 2] = [Distribution::Beckmann, Distribution::Ggx];
 
