@@ -1,7 +1,7 @@
 //! A smooth interface between two transparent media.
 
 use super::fresnel::{self, Interface};
-use super::{Bsdf, RoughDielectric, RoughnessTextures, Scatter};
+use super::{Bsdf, RoughDielectric, RoughnessTextures, Scatter, share};
 use crate::geometry::Vec3;
 use crate::sampling::Density;
 use crate::spectrum::{Sampled, Spectrum};
@@ -80,12 +80,7 @@ impl<const C: usize> Dielectric<C> {
     pub(super) fn choice(&self, lane: usize, reflectance: f64) -> Choice {
         let reflected = self.specular_reflectance[lane] * reflectance;
         let transmitted = self.specular_transmittance[lane] * (1.0 - reflectance);
-        let both = reflected + transmitted;
-        if both > 0.0 {
-            Choice { reflection: reflected / both, transmission: transmitted / both }
-        } else {
-            Choice { reflection: 0.0, transmission: 0.0 }
-        }
+        Choice { reflection: share(reflected, transmitted), transmission: share(transmitted, reflected) }
     }
 }
 

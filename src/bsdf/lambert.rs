@@ -1,6 +1,6 @@
 //! A diffuse surface, and a diffuse sheet that also transmits light.
 
-use super::{Evaluation, Scatter};
+use super::{Evaluation, Scatter, share};
 use crate::geometry::Vec3;
 use crate::sampling::{Density, warp};
 use crate::spectrum::Sampled;
@@ -53,16 +53,15 @@ impl<const C: usize> DiffuseTransmitter<C> {
         if side == 0.0 {
             return Evaluation::ZERO;
         }
-        let fraction = if side > 0.0 { self.reflectance } else { self.transmittance };
+        let (fraction, probability) = self.lobe(side < 0.0);
         let cosine = toward_light.z.abs() * FRAC_1_PI;
-        Evaluation { f_cos: fraction * cosine, density: self.probability(fraction) * cosine }
+        Evaluation { f_cos: fraction * cosine, density: probability * cosine }
     }
 
     pub(super) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
         let up = Vec3::from(warp::cosine_hemisphere(u));
-        let transmitted = lobe >= self.probability(self.reflectance).hero();
-        let fraction = if transmitted { self.transmittance } else { self.reflectance };
-        let probability = self.probability(fraction);
+        let transmitted = lobe >= share(self.reflectance.hero(), self.transmittance.hero());
+        let (fraction, probability) = self.lobe(transmitted);
         if toward_eye.z == 0.0 || up.z <= 0.0 || probability.hero() <= 0.0 {
             return None;
         }
@@ -76,11 +75,13 @@ impl<const C: usize> DiffuseTransmitter<C> {
         })
     }
 
-    /// Each lane's probability of choosing the lobe that carries this `fraction`.
-    fn probability(&self, fraction: Sampled<C>) -> Sampled<C> {
-        fraction.zip(
-            self.reflectance + self.transmittance,
-            |fraction, both| if both > 0.0 { fraction / both } else { 0.0 },
-        )
+    /// The fraction that a lobe carries, and each lane's probability of choosing it.
+    fn lobe(&self, transmitted: bool) -> (Sampled<C>, Sampled<C>) {
+        let (fraction, rest) = if transmitted {
+            (self.transmittance, self.reflectance)
+        } else {
+            (self.reflectance, self.transmittance)
+        };
+        (fraction, fraction.zip(rest, share))
     }
 }

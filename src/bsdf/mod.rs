@@ -419,6 +419,13 @@ fn refracted(v: Vec3, m: Vec3, eta: f64, interface: Interface) -> Vec3 {
     m * (v.dot(m) / eta - interface.cos_refracted) - v / eta
 }
 
+/// The probability of one of two lobes, in proportion to what they carry; 0 where neither carries anything.
+#[inline]
+fn share(part: f64, rest: f64) -> f64 {
+    let both = part + rest;
+    if both > 0.0 { part / both } else { 0.0 }
+}
+
 /// The value of a BSDF for a pair of directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<const C: usize> {

@@ -1,6 +1,7 @@
 //! A smooth coat over a diffuse base.
 
-use super::{Bsdf, Evaluation, RoughCoat, RoughPlastic, Scatter, flipped, fresnel};
+use super::dielectric::interfaces;
+use super::{Bsdf, Evaluation, RoughCoat, RoughPlastic, Scatter, flipped, fresnel, share};
 use crate::geometry::Vec3;
 use crate::sampling::{Density, warp};
 use crate::spectrum::{Sampled, Spectrum};
@@ -103,17 +104,12 @@ impl<const C: usize> Plastic<C> {
     fn mirror_probability(&self, lane: usize, reflectance: f64) -> f64 {
         let mirrored = self.specular_reflectance[lane] * reflectance;
         let scattered = self.base.reflectance[lane] * (1.0 - reflectance);
-        if mirrored > 0.0 { mirrored / (mirrored + scattered) } else { 0.0 }
+        share(mirrored, scattered)
     }
 
     fn reflectance(&self, direction: Vec3) -> Sampled<C> {
         let cos = direction.z.clamp(0.0, 1.0);
-        let hero = fresnel::dielectric(cos, self.eta.hero()).reflectance;
-        self.eta.map(
-            |eta| {
-                if eta == self.eta.hero() { hero } else { fresnel::dielectric(cos, eta).reflectance }
-            },
-        )
+        Sampled(interfaces(cos, self.eta).map(|interface| interface.reflectance))
     }
 }
 

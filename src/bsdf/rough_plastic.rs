@@ -2,7 +2,7 @@
 
 use super::microfacet::{Distribution, Microfacets};
 use super::plastic::DiffuseBase;
-use super::{Evaluation, Scatter, fresnel, reflected, refracted};
+use super::{Evaluation, Scatter, fresnel, reflected, refracted, share};
 use crate::geometry::Vec3;
 use crate::sampling::quadrature::gauss_legendre;
 use crate::sampling::warp;
@@ -171,7 +171,7 @@ impl<const C: usize> RoughPlastic<C> {
         Sampled::from_fn(|lane| {
             let reflected = self.specular_reflectance[lane] * (1.0 - entering);
             let scattered = self.base.reflectance[lane] * entering;
-            if reflected > 0.0 { reflected / (reflected + scattered) } else { 0.0 }
+            share(reflected, scattered)
         })
     }
 }

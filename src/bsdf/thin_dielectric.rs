@@ -1,6 +1,6 @@
 //! A thin sheet of glass.
 
-use super::{Bsdf, Scatter, flipped, fresnel};
+use super::{Bsdf, Scatter, flipped, fresnel, share};
 use crate::geometry::Vec3;
 use crate::sampling::Density;
 use crate::spectrum::{Sampled, Spectrum};
@@ -29,13 +29,10 @@ impl<const C: usize> ThinDielectric<C> {
         }
         let reflected = self.reflected(toward_eye);
         let passed = self.null_transmittance(toward_eye);
-        let reflection = reflected.zip(passed, |r, t| if r + t > 0.0 { r / (r + t) } else { 0.0 });
+        let reflection = reflected.zip(passed, share);
         let transmitted = lobe >= reflection.hero();
-        let (carried, probability) = if transmitted {
-            (passed, passed.zip(reflected, |t, r| if r + t > 0.0 { t / (r + t) } else { 0.0 }))
-        } else {
-            (reflected, reflection)
-        };
+        let (carried, probability) =
+            if transmitted { (passed, passed.zip(reflected, share)) } else { (reflected, reflection) };
         (probability.hero() > 0.0).then(|| Scatter {
             toward_light: if transmitted { -toward_eye } else { -flipped(toward_eye) },
             weight: carried / probability.hero(),

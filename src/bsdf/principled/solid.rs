@@ -7,7 +7,7 @@ use super::{
     schlick_cosine, schlick_weight,
 };
 use crate::bsdf::fresnel::Interface;
-use crate::bsdf::{Evaluation, Scatter, flipped, reflected, refracted};
+use crate::bsdf::{Evaluation, Scatter, flipped, reflected, refracted, share};
 use crate::geometry::Vec3;
 use crate::sampling::warp;
 use crate::spectrum::Sampled;
@@ -46,13 +46,11 @@ struct FacetAlbedo {
 
 impl FacetAlbedo {
     fn reflection_probability(self) -> f64 {
-        let both = self.reflectance + self.transmittance;
-        if both > 0.0 { self.reflectance / both } else { 0.0 }
+        share(self.reflectance, self.transmittance)
     }
 
     fn transmission_probability(self) -> f64 {
-        let both = self.reflectance + self.transmittance;
-        if both > 0.0 { self.transmittance / both } else { 0.0 }
+        share(self.transmittance, self.reflectance)
     }
 }
 
