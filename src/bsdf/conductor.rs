@@ -70,14 +70,7 @@ impl<const C: usize> RoughConductor<C> {
             return None;
         }
         let Evaluation { f_cos, density } = self.at(toward_eye, toward_light, m);
-        let density = density.hero();
-        (density > 0.0).then(|| Scatter {
-            toward_light,
-            weight: f_cos / density,
-            density: Density::PerSolidAngle(density),
-            ratio: Sampled::ONE,
-            transmitted: false,
-        })
+        Scatter::with_density(toward_light, f_cos, density, false)
     }
 
     /// Value and density of going from one direction to the other by way of the facet `m`.

@@ -78,13 +78,8 @@ impl<const C: usize> RoughDielectric<C> {
         } else {
             self.reflection(eye, light, m, eta)
         };
-        (density.hero() > 0.0).then(|| Scatter {
-            toward_light: if toward_eye.z < 0.0 { flipped(light) } else { light },
-            weight: f_cos / density.hero(),
-            density: Density::PerSolidAngle(density.hero()),
-            ratio: density / density.hero(),
-            transmitted,
-        })
+        let toward_light = if toward_eye.z < 0.0 { flipped(light) } else { light };
+        Scatter::with_density(toward_light, f_cos, density, transmitted)
     }
 
     /// Reflection of `light` to `eye`, both above, by facets `m`, which is the same for all lanes.
