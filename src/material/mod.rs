@@ -94,6 +94,21 @@ impl Materials {
         self.within(id).any(has)
     }
 
+    /// Whether light may pass by null transmission: straight on, as if there were no surface.
+    pub fn has_null_transmission(&self, id: MaterialId) -> bool {
+        self.any(id, &Material::itself_has_null_transmission)
+    }
+
+    /// Whether light may get to the other side.
+    pub fn transmits(&self, id: MaterialId) -> bool {
+        self.any(id, &Material::itself_transmits)
+    }
+
+    /// Whether it asks for the surface's coordinates.
+    pub fn is_parametrised(&self, id: MaterialId) -> bool {
+        self.any(id, &Material::itself_is_parametrised)
+    }
+
     /// What it sends on in single directions, on the side that sends more. Nothing counts where a side is
     /// chosen or turned, or where light may pass it by null transmission.
     pub fn specular(&self, id: MaterialId) -> Specular {
@@ -153,35 +168,35 @@ impl Material {
         matches!(self, Self::Mask { .. } | Self::Blend { .. })
     }
 
-    /// Whether light may pass by null transmission: straight on, as if there were no surface.
-    pub fn has_null_transmission(&self) -> bool {
+    /// Whether light may pass by null transmission of its own, not of what it nests.
+    fn itself_has_null_transmission(&self) -> bool {
         match self {
             Self::Mask { .. } => true,
             _ => self.bsdf().is_some_and(BsdfTextures::has_null_transmission),
         }
     }
 
-    /// Whether light may get to the other side.
-    pub fn transmits(&self) -> bool {
+    /// Whether it lets light get to the other side itself, not by what it nests.
+    fn itself_transmits(&self) -> bool {
         match self {
             Self::Mask { .. } => true,
             _ => self.bsdf().is_some_and(BsdfTextures::transmits),
         }
     }
 
-    /// Whether directions are spread by a roughness.
+    /// Whether directions are spread by a roughness of its own, not of what it nests.
     pub fn is_rough(&self) -> bool {
         self.bsdf().is_some_and(BsdfTextures::is_rough)
     }
 
-    /// Whether it asks for the surface's coordinates.
-    pub fn is_parametrised(&self) -> bool {
+    /// Whether it asks for the surface's coordinates itself, not for what it nests.
+    fn itself_is_parametrised(&self) -> bool {
         matches!(self, Self::NormalMapping { .. })
             || self.bsdf().is_some_and(BsdfTextures::is_anisotropic)
             || self.textures().iter().any(|texture| texture.varies())
     }
 
-    /// Whether wavelengths may part at this surface.
+    /// Whether wavelengths may part at it, not at what it nests.
     pub fn disperses(&self) -> bool {
         self.bsdf().is_some_and(BsdfTextures::disperses)
     }

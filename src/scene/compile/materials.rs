@@ -76,7 +76,6 @@ impl MaterialCompiler {
     ) -> Result<Surface, SceneError> {
         let material = self.material(&shape.bsdf)?;
         let body = self.body(shape, geometry, part, material)?;
-        let any = |has: &dyn Fn(&Material) -> bool| self.materials.any(material, &has);
         Ok(Surface {
             material,
             light: None,
@@ -88,11 +87,11 @@ impl MaterialCompiler {
             },
             part: false,
             body,
-            parametrised: any(&Material::is_parametrised),
-            null_transmission: any(&Material::has_null_transmission),
+            parametrised: self.materials.is_parametrised(material),
+            null_transmission: self.materials.has_null_transmission(material),
             specular: match geometry {
                 // Curves are met from outside alone: light that goes back finds its way in where it got out.
-                shape::Shape::Curves(_) if any(&Material::transmits) => Specular::Nothing,
+                shape::Shape::Curves(_) if self.materials.transmits(material) => Specular::Nothing,
                 _ => self.materials.specular(material),
             },
         })
@@ -111,7 +110,7 @@ impl MaterialCompiler {
             Some(priority) if !part => Err(SceneError::at(&priority.place, problem, expected)),
             _ => Ok(None),
         };
-        if !self.materials.any(material, &Material::transmits) {
+        if !self.materials.transmits(material) {
             self.sealed.extend(shape.interior.as_ref().map(|medium| medium.place.clone()));
             return refuse_priority(
                 "There is nothing inside this shape that could take precedence: no ray ever gets into it",
