@@ -55,14 +55,14 @@ struct Columns {
 #[derive(Clone, Debug)]
 pub struct View {
     /// Which ray belongs to a position on the film.
-    pub rays: Rays,
+    pub kind: ViewKind,
     /// Factor on what is measured; `None` is 1 everywhere.
     pub response: Option<Spectrum>,
 }
 
-/// Which rays a sensor measures.
+/// Kinds of sensors, by the rays that they measure.
 #[derive(Clone, Debug)]
-pub enum Rays {
+pub enum ViewKind {
     /// A pinhole, a thin lens, or parallel rays.
     Projective(Box<Projective>),
     /// A fisheye or a panorama.
@@ -137,53 +137,53 @@ impl Camera {
 
     /// Whether what it sees depends on the time.
     pub fn is_moving(&self) -> bool {
-        self.views.iter().any(|view| match &view.rays {
-            Rays::Projective(camera) => camera.is_moving(),
-            Rays::Angular(camera) => camera.is_moving(),
-            Rays::Plane(plane) => plane.is_moving(),
-            Rays::Radiance(_) | Rays::Irradiance(_) | Rays::Distant(_) => false,
+        self.views.iter().any(|view| match &view.kind {
+            ViewKind::Projective(camera) => camera.is_moving(),
+            ViewKind::Angular(camera) => camera.is_moving(),
+            ViewKind::Plane(plane) => plane.is_moving(),
+            ViewKind::Radiance(_) | ViewKind::Irradiance(_) | ViewKind::Distant(_) => false,
         })
     }
 
     /// Whether [`Self::project`] tells of points where they are seen.
     pub fn projects(&self) -> bool {
-        matches!(&self.views[..], [View { rays: Rays::Projective(camera), .. }] if camera.has_eye())
+        matches!(&self.views[..], [View { kind: ViewKind::Projective(camera), .. }] if camera.has_eye())
             && self.columns.is_none()
     }
 
     /// Where a point is seen through the point of the lens that `lens_u` chooses: the reverse of
     /// [`Self::ray`]. `None` where it is not in view.
     pub fn project(&self, point: Vec3, lens_u: [f64; 2], time: f64) -> Option<Projected<'_>> {
-        let [View { rays: Rays::Projective(camera), response }] = &self.views[..] else { return None };
+        let [View { kind: ViewKind::Projective(camera), response }] = &self.views[..] else { return None };
         camera.project(point, lens_u, time).map(|seen| Projected { response: response.as_ref(), ..seen })
     }
 
     /// The circle of confusion: the radius, in pixels, of the disk over which a lens spreads a point of the
     /// scene. `None` where there is no lens, and where [`Self::project`] gives none.
     pub fn circle_of_confusion(&self, point: Vec3, time: f64) -> Option<f64> {
-        let [View { rays: Rays::Projective(camera), .. }] = &self.views[..] else { return None };
+        let [View { kind: ViewKind::Projective(camera), .. }] = &self.views[..] else { return None };
         camera.circle_of_confusion(point, time)
     }
 
     /// A box around where its rays begin, from one time to another. Empty for what looks from outside of the
     /// scene.
     pub fn origins(&self, during: [f64; 2]) -> Bounds {
-        Bounds::of_all(self.views.iter().map(|view| match &view.rays {
-            Rays::Projective(projective) => projective.origins(during),
-            Rays::Angular(camera) => camera.origins(during),
-            Rays::Plane(plane) => plane.origins(during),
-            Rays::Radiance(meter) => Bounds::of([meter.ray().origin]),
-            Rays::Irradiance(meter) => meter.origins(),
-            Rays::Distant(_) => Bounds::EMPTY,
+        Bounds::of_all(self.views.iter().map(|view| match &view.kind {
+            ViewKind::Projective(projective) => projective.origins(during),
+            ViewKind::Angular(camera) => camera.origins(during),
+            ViewKind::Plane(plane) => plane.origins(during),
+            ViewKind::Radiance(meter) => Bounds::of([meter.ray().origin]),
+            ViewKind::Irradiance(meter) => meter.origins(),
+            ViewKind::Distant(_) => Bounds::EMPTY,
         }))
     }
 
     /// Whether [`Self::ray`] uses its second sample.
     pub fn uses_lens(&self) -> bool {
-        self.views.iter().any(|view| match &view.rays {
-            Rays::Projective(projective) => projective.has_lens(),
-            Rays::Angular(_) | Rays::Radiance(_) => false,
-            Rays::Plane(_) | Rays::Irradiance(_) | Rays::Distant(_) => true,
+        self.views.iter().any(|view| match &view.kind {
+            ViewKind::Projective(projective) => projective.has_lens(),
+            ViewKind::Angular(_) | ViewKind::Radiance(_) => false,
+            ViewKind::Plane(_) | ViewKind::Irradiance(_) | ViewKind::Distant(_) => true,
         })
     }
 
@@ -202,13 +202,13 @@ impl Camera {
                 (&self.views[column as usize], on_film)
             }
         };
-        let (ray, weight) = match &view.rays {
-            Rays::Projective(projective) => (projective.ray(film, lens_u, time), 1.0),
-            Rays::Angular(camera) => (camera.ray(film, time)?, 1.0),
-            Rays::Plane(plane) => plane.ray(film, lens_u, time),
-            Rays::Radiance(meter) => (meter.ray(), 1.0),
-            Rays::Irradiance(meter) => meter.ray(film, lens_u)?,
-            Rays::Distant(distant) => distant.ray(lens_u)?,
+        let (ray, weight) = match &view.kind {
+            ViewKind::Projective(projective) => (projective.ray(film, lens_u, time), 1.0),
+            ViewKind::Angular(camera) => (camera.ray(film, time)?, 1.0),
+            ViewKind::Plane(plane) => plane.ray(film, lens_u, time),
+            ViewKind::Radiance(meter) => (meter.ray(), 1.0),
+            ViewKind::Irradiance(meter) => meter.ray(film, lens_u)?,
+            ViewKind::Distant(distant) => distant.ray(lens_u)?,
         };
         Some(SensorRay { ray, weight, response: view.response.as_ref() })
     }

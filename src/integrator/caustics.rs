@@ -168,7 +168,7 @@ fn splat_from<'a, const C: usize>(
     }
     let first = FirstSurface { point: hit.point, leaves, density: value.density.sum() / C as f64 };
     let by_camera = caustics.camera_factor(scene, &first, *time);
-    let weight = power_heuristic(subpath.begins.factor(scene, caustics, *time) * by_camera, 1.0);
+    let weight = power_heuristic(subpath.origin.factor(scene, caustics, *time) * by_camera, 1.0);
     if weight == 0.0 {
         return None;
     }
@@ -195,8 +195,8 @@ struct LightSubpath<const C: usize> {
     ratio: Sampled<C>,
     media: Media,
     /// The largest power that it began with, times its weight as a branch.
-    begun: f64,
-    begins: Beginning,
+    initial_power: f64,
+    origin: Beginning,
     /// Number of surfaces before the next one.
     vertex: u32,
     /// The product of the weights of the branches that led to it.
@@ -232,15 +232,15 @@ impl<const C: usize> LightSubpath<C> {
         let [u, v, cone, light] = stream.draw(Dimensions::Lens);
         let time = scene.shutter.time(time);
         let wavelengths = scene.wavelengths.sample::<C>(wavelength);
-        let (origin, probability) = caustics.choose(light);
-        let (ray, power, begins) = match origin {
+        let (chosen, probability) = caustics.choose(light);
+        let (ray, power, origin) = match chosen {
             Origin::Surface { light, .. } => {
                 let start = scene.lights.emit(light, [x, y], time, &wavelengths.nm)?;
                 let (toward, density) = caustics.aim_from(&start.point)?.sample(cone, [u, v])?;
                 let cos = toward.dot(start.point.normal);
                 let power = start.radiance * (cos / (probability * start.density * density));
-                let begins = Beginning::Surface { light, start: start.point, toward };
-                (cos > 0.0).then(|| (start.point.ray(toward), power, begins))?
+                let origin = Beginning::Surface { light, start: start.point, toward };
+                (cos > 0.0).then(|| (start.point.ray(toward), power, origin))?
             }
             Origin::Environment => {
                 let environment = scene.lights.environment()?;
@@ -258,8 +258,8 @@ impl<const C: usize> LightSubpath<C> {
             power,
             ratio: Sampled::ONE,
             media: Media::default(),
-            begun: power.max(),
-            begins,
+            initial_power: power.max(),
+            origin,
             vertex: 0,
             branch_weight: 1.0,
         })
@@ -338,7 +338,7 @@ impl<const C: usize> LightSubpath<C> {
     /// Takes account of the weight of a branch.
     fn weigh(&mut self, weight: f64) {
         self.power *= weight;
-        self.begun *= weight;
+        self.initial_power *= weight;
         self.branch_weight *= weight;
     }
 
@@ -402,7 +402,7 @@ impl<const C: usize> LightSubpath<C> {
         if segments < scene.limits.rr_depth {
             return true;
         }
-        let kept = (self.power.max() / self.begun).min(late_survival(segments));
+        let kept = (self.power.max() / self.initial_power).min(late_survival(segments));
         self.power /= kept;
         u < kept
     }

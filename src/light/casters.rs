@@ -87,10 +87,10 @@ impl Casters {
     }
 
     /// The directions from a point of a light's front that may lead to one of them. `None` where none does.
-    pub fn seen_from(&self, point: &SurfacePoint) -> Option<Aim> {
+    pub fn seen_from(&self, point: &SurfacePoint) -> Option<TowardCasters> {
         let seen = self.0.iter().filter_map(|(probability, of)| Some((*probability, of.seen_from(point)?)));
         let seen = kinds(seen);
-        (!seen.is_empty()).then_some(Aim(seen))
+        (!seen.is_empty()).then_some(TowardCasters(seen))
     }
 
     /// The area of all spheres as they are seen from afar, in squared scene units, counted twice where they
@@ -221,7 +221,7 @@ fn gather(bodies: &mut [Caster], most: usize, spheres: &mut Vec<Caster>) {
 
 /// Directions from a point of a light: toward bodies of each kind, with the probability of that.
 #[derive(Clone, Debug)]
-pub struct Aim(Kinds<Toward>);
+pub struct TowardCasters(Kinds<Toward>);
 
 /// Directions from a point of a light toward bodies of one kind.
 #[derive(Clone, Debug)]
@@ -255,7 +255,7 @@ impl Cone {
     }
 }
 
-impl Aim {
+impl TowardCasters {
     /// A direction and its density per steradian; `choice` in [0, 1) chooses among the bodies. `None` where
     /// there is no density.
     pub fn sample(&self, mut choice: f64, u: [f64; 2]) -> Option<(Vec3, f64)> {

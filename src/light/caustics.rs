@@ -1,6 +1,6 @@
 //! Where light subpaths begin, and where to. See `integrator::caustics` for what becomes of them.
 
-use super::casters::Aim;
+use super::casters::TowardCasters;
 use super::tracing::{Origin, Source, Sources, Subpaths};
 use super::{Caster, Casters};
 use crate::geometry::{Ray, SurfacePoint, Vec3};
@@ -28,8 +28,8 @@ impl Caustics {
         self.sources.choose(u)
     }
 
-    /// Where subpaths from a point of a light aim at. `None` where there is nothing to aim at.
-    pub fn aim_from(&self, point: &SurfacePoint) -> Option<Aim> {
+    /// Directions of subpaths from a point of a light. `None` where there is nothing to aim at.
+    pub fn aim_from(&self, point: &SurfacePoint) -> Option<TowardCasters> {
         self.casters.seen_from(point)
     }
 

@@ -61,9 +61,9 @@ pub struct PhaseSample<const C: usize> {
     pub value: Sampled<C>,
 }
 
-/// What a phase function may depend on.
+/// What the value of a phase function may depend on.
 #[derive(Clone, Copy)]
-struct Turn<'a, const C: usize> {
+struct Arguments<'a, const C: usize> {
     cos: f64,
     comes: Vec3,
     goes: Vec3,
@@ -86,26 +86,26 @@ impl Phase {
         position: Vec3,
         nm: &[f64; C],
     ) -> Sampled<C> {
-        self.value(&Turn { cos: comes.dot(goes), comes, goes, position, nm })
+        self.value(&Arguments { cos: comes.dot(goes), comes, goes, position, nm })
     }
 
-    fn value<const C: usize>(&self, turn: &Turn<C>) -> Sampled<C> {
-        let cos = turn.cos;
+    fn value<const C: usize>(&self, arguments: &Arguments<C>) -> Sampled<C> {
+        let cos = arguments.cos;
         match self {
             Self::Isotropic => Sampled::splat(0.25 * FRAC_1_PI),
             Self::HenyeyGreenstein(g) => Sampled::splat(henyey_greenstein(*g, cos)),
             Self::Rayleigh => Sampled::splat(3.0 / 16.0 * FRAC_1_PI * (1.0 + cos * cos)),
             Self::Table(table) => Sampled::splat(table.density(cos) / TAU),
-            Self::Spectral(table) => Sampled(table.density(cos, turn.nm)) * (1.0 / TAU),
-            Self::Sggx(flakes) => Sampled::splat(flakes.evaluate(turn.comes, turn.goes)),
+            Self::Spectral(table) => Sampled(table.density(cos, arguments.nm)) * (1.0 / TAU),
+            Self::Sggx(flakes) => Sampled::splat(flakes.evaluate(arguments.comes, arguments.goes)),
             Self::Blend { weight, nested } => {
                 let [first, second] = &**nested;
-                let fraction = fraction(weight, turn.position);
-                first.value(turn) * (1.0 - fraction) + second.value(turn) * fraction
+                let fraction = fraction(weight, arguments.position);
+                first.value(arguments) * (1.0 - fraction) + second.value(arguments) * fraction
             }
             Self::Mixture(mixture) => mixture
-                .fractions(turn.nm)
-                .fold(Sampled::ZERO, |sum, (fraction, phase)| sum + fraction * phase.value(turn)),
+                .fractions(arguments.nm)
+                .fold(Sampled::ZERO, |sum, (fraction, phase)| sum + fraction * phase.value(arguments)),
         }
     }
 
@@ -124,7 +124,7 @@ impl Phase {
             }
             Sampling::Direction(goes) => (comes.dot(goes), goes),
         };
-        PhaseSample { direction: goes, value: self.value(&Turn { cos, comes, goes, position, nm }) }
+        PhaseSample { direction: goes, value: self.value(&Arguments { cos, comes, goes, position, nm }) }
     }
 
     fn choose(&self, comes: Vec3, position: Vec3, nm: f64, [u, v]: [f64; 2], mut choice: f64) -> Sampling {

@@ -1,7 +1,7 @@
 //! One sample of a pixel, told step by step, from the sample values that the picture has.
 
 use super::allocation::Share;
-use super::exposure::{Aimed, Exposure, Seen, Turn};
+use super::exposure::{Aimed, Exposure, NetSample, Seen};
 use super::groups::{Block, Pixel};
 use super::settings::with_count;
 use super::{Measures, NoProgress, Settings, with_exposure};
@@ -126,7 +126,7 @@ struct Candidate {
     pixel: [i64; 2],
     number: u64,
     samples: u64,
-    turn: Turn,
+    net_sample: NetSample,
     group: SmallVec<[Pixel; 16]>,
     member: usize,
 }
@@ -144,9 +144,9 @@ struct Run {
 }
 
 impl Run {
-    fn turn(&self, index: u32) -> Turn {
+    fn net_sample(&self, index: u32) -> NetSample {
         let Self { net, replicate, first, share, .. } = *self;
-        Turn { net, index: first + index, replicate, share }
+        NetSample { net, index: first + index, replicate, share }
     }
 
     /// The number of a sample among all of the pixel's, which take turns: the first of each run comes before
@@ -177,7 +177,8 @@ impl Exposure<'_> {
                     return Err(format!("pixel {x},{y} has {samples} samples, from 0: there is no {number}"));
                 }
                 for (run, index) in runs.iter().flat_map(|run| (0..run.samples).map(move |i| (run, i))) {
-                    let (luminance, weight) = self.brings::<C>(&run.group, run.member, run.turn(index), own);
+                    let (luminance, weight) =
+                        self.brings::<C>(&run.group, run.member, run.net_sample(index), own);
                     sum += luminance * weight;
                     weights += weight;
                     let is_wanted = match wanted {
@@ -191,7 +192,7 @@ impl Exposure<'_> {
                             pixel: [x, y],
                             number: run.number(index, &runs),
                             samples,
-                            turn: run.turn(index),
+                            net_sample: run.net_sample(index),
                             group: run.group.clone(),
                             member: run.member,
                         };
@@ -202,7 +203,8 @@ impl Exposure<'_> {
         }
         let Some((_, candidate)) = found else { return Err("the pixel has no samples".to_owned()) };
         let luminance = if weights == 0.0 { 0.0 } else { sum / weights };
-        let (brings, weight) = self.brings::<C>(&candidate.group, candidate.member, candidate.turn, own);
+        let (brings, weight) =
+            self.brings::<C>(&candidate.group, candidate.member, candidate.net_sample, own);
         let share = if sum == 0.0 { 0.0 } else { brings * weight / sum };
         self.told::<C>(&candidate, [luminance, share])
     }
@@ -247,12 +249,12 @@ impl Exposure<'_> {
         &self,
         group: &[Pixel],
         member: usize,
-        turn: Turn,
+        net_sample: NetSample,
         pixel: [i64; 2],
     ) -> (f64, f64) {
-        let aimed = self.aimed::<C>(group, turn);
+        let aimed = self.aimed::<C>(group, net_sample);
         let footprint = self.filter.footprint(aimed.samples[member].place);
-        let weight = footprint.weight(pixel) * turn.share.weight();
+        let weight = footprint.weight(pixel) * net_sample.share.weight();
         if weight == 0.0 {
             return (0.0, 0.0);
         }
@@ -260,9 +262,9 @@ impl Exposure<'_> {
         (self.luminance(&measured, aimed.wavelengths_of(member)), weight)
     }
 
-    fn aimed<const C: usize>(&self, group: &[Pixel], turn: Turn) -> Aimed<'_, C> {
+    fn aimed<const C: usize>(&self, group: &[Pixel], net_sample: NetSample) -> Aimed<'_, C> {
         let mut aimed = Aimed::default();
-        self.aim(group, turn, &mut aimed);
+        self.aim(group, net_sample, &mut aimed);
         aimed
     }
 
@@ -282,8 +284,8 @@ impl Exposure<'_> {
         candidate: &Candidate,
         [pixel_luminance, share_of_pixel]: [f64; 2],
     ) -> Result<Explained, String> {
-        let Candidate { pixel, number, samples, turn, group, member } = candidate;
-        let aimed = self.aimed::<C>(group, *turn);
+        let Candidate { pixel, number, samples, net_sample, group, member } = candidate;
+        let aimed = self.aimed::<C>(group, *net_sample);
         let sample = &aimed.samples[*member];
         let sight_of = |member: usize| aimed.sights.iter().find(|sight| sight.member == member);
         let Some(Sight { ray, .. }) = sight_of(*member) else {
@@ -321,7 +323,7 @@ impl Exposure<'_> {
             pixel: pixel.map(|place| place as u32),
             sample: *number,
             samples: *samples,
-            replicate: turn.replicate,
+            replicate: net_sample.replicate,
             place: sample.place,
             time: aimed.time,
             wavelengths: wavelengths.nm.to_vec(),

@@ -31,9 +31,9 @@ pub(super) struct Exposure<'a> {
     pub extras: Extras,
 }
 
-/// Which samples of the pixels of a group.
+/// One sample of a net, the same of each pixel of a group.
 #[derive(Clone, Copy)]
-pub(super) struct Turn {
+pub(super) struct NetSample {
     pub net: u32,
     /// In the net.
     pub index: u32,
@@ -53,9 +53,9 @@ pub(super) struct Aimed<'a, const C: usize> {
     pub sights: Vec<Sight<'a>>,
 }
 
-/// Memory for some turns of a group, filled anew each time and never moved.
+/// Memory for some samples of a group, filled anew each time and never moved.
 #[derive(Default)]
-struct TurnMemory<'a, const C: usize> {
+struct SampleMemory<'a, const C: usize> {
     aimed: [Aimed<'a, C>; TOGETHER],
     seen: [Seen<C>; TOGETHER],
 }
@@ -128,7 +128,7 @@ impl Exposure<'_> {
         let [even, each]: [u32; 2] = (0..self.schedule.per_net)
             .map(|run| [indices(first + run).len() as u32, taken(run).len() as u32])
             .fold([0; 2], |[even, each], [e, t]| [even + e, each + t]);
-        let mut memory = TurnMemory::default();
+        let mut memory = SampleMemory::default();
         let mut samples = 0;
         for group in self.groups.of(block) {
             let group = self.on_film(group);
@@ -136,14 +136,14 @@ impl Exposure<'_> {
                 continue;
             }
             let of_run = |run: u32| taken(run).map(move |index| (run, run * of_run + index));
-            let mut turns = (0..self.schedule.per_net).flat_map(of_run).map(|(run, index)| Turn {
+            let mut left = (0..self.schedule.per_net).flat_map(of_run).map(|(run, index)| NetSample {
                 net: block.net,
                 index,
                 replicate: first + run,
                 share,
             });
             loop {
-                let some: SmallVec<[Turn; TOGETHER]> = turns.by_ref().take(TOGETHER).collect();
+                let some: SmallVec<[NetSample; TOGETHER]> = left.by_ref().take(TOGETHER).collect();
                 if some.is_empty() {
                     break;
                 }
@@ -196,15 +196,15 @@ impl Exposure<'_> {
     fn group<'a, const C: usize>(
         &'a self,
         group: &[Pixel],
-        turns: &[Turn],
-        memory: &mut TurnMemory<'a, C>,
+        net_samples: &[NetSample],
+        memory: &mut SampleMemory<'a, C>,
         workspace: &mut Workspace<C>,
         tile: &mut Tile,
     ) {
-        let (aimed, seen) = (&mut memory.aimed[..turns.len()], &mut memory.seen[..turns.len()]);
-        aimed.iter_mut().zip(turns).for_each(|(aimed, &turn)| self.aim(group, turn, aimed));
+        let (aimed, seen) = (&mut memory.aimed[..net_samples.len()], &mut memory.seen[..net_samples.len()]);
+        aimed.iter_mut().zip(net_samples).for_each(|(aimed, &net_sample)| self.aim(group, net_sample, aimed));
         self.see(aimed, workspace, seen);
-        for (&turn, (aimed, seen)) in turns.iter().zip(aimed.iter().zip(seen)) {
+        for (&net_sample, (aimed, seen)) in net_samples.iter().zip(aimed.iter().zip(seen)) {
             let samples = aimed.samples.iter().zip(seen).enumerate();
             let of_group = match &aimed.wavelengths[..] {
                 [wavelengths] => Some(self.responses(wavelengths)),
@@ -217,7 +217,7 @@ impl Exposure<'_> {
                     let responses = of_group.unwrap_or_else(|| self.responses(wavelengths));
                     let measured = seen.radiance * sample.weight;
                     let contributions = self.contributions(&measured, wavelengths, &responses);
-                    self.splat(sample, seen.alpha_hit, &contributions, turn, tile);
+                    self.splat(sample, seen.alpha_hit, &contributions, net_sample, tile);
                 }
             }
         }
@@ -225,8 +225,13 @@ impl Exposure<'_> {
 
     /// What the samples of a group begin with.
     #[inline(always)]
-    pub fn aim<'a, const C: usize>(&'a self, group: &[Pixel], turn: Turn, aimed: &mut Aimed<'a, C>) {
-        let (scene, Turn { net, index, share, .. }) = (self.scene, turn);
+    pub fn aim<'a, const C: usize>(
+        &'a self,
+        group: &[Pixel],
+        net_sample: NetSample,
+        aimed: &mut Aimed<'a, C>,
+    ) {
+        let (scene, NetSample { net, index, share, .. }) = (self.scene, net_sample);
         let sampler = self.samplers.of(share);
         let stream_of = |pixel: &Pixel| {
             sampler.member_stream(pixel.member, pixel.place.map(|place| place as u32), net, index)
@@ -304,10 +309,10 @@ impl Exposure<'_> {
         sample: &Sample<C>,
         alpha_hit: bool,
         Contributions { xyz, others }: &Contributions,
-        turn: Turn,
+        net_sample: NetSample,
         tile: &mut Tile,
     ) {
-        let (replicate, share) = (turn.replicate, turn.share.weight());
+        let (replicate, share) = (net_sample.replicate, net_sample.share.weight());
         let measured = Tristimulus::new(*xyz, self.scale);
         let footprint = self.filter.footprint(sample.place);
         tile.splat(&footprint, sample.key, self.extent.measured.offset, |tile, place, weight| {

@@ -7,7 +7,7 @@ mod tests;
 use super::{Compiler, shapes};
 use crate::camera::{
     Angular, Aperture, Camera, DirectionMap, Distant, IrradianceMeter, Projection, Projective,
-    ProjectiveSettings, RadianceMeter, Rays, SensorPlane, ThinLens, View, Window,
+    ProjectiveSettings, RadianceMeter, SensorPlane, ThinLens, View, ViewKind, Window,
 };
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::scene::description::{
@@ -51,7 +51,7 @@ impl Compiler<'_> {
             None => None,
         };
         let projective = |projection, placed, half_width, principal_point, clips: [f64; 2]| {
-            Rays::Projective(Box::new(Projective::new(ProjectiveSettings {
+            ViewKind::Projective(Box::new(Projective::new(ProjectiveSettings {
                 placed,
                 projection,
                 film: film.size,
@@ -61,7 +61,7 @@ impl Compiler<'_> {
                 far_clip: clips[1],
             })))
         };
-        let rays = match &sensor.kind {
+        let kind = match &sensor.kind {
             SensorKind::Perspective {
                 to_world,
                 field_of_view,
@@ -96,26 +96,26 @@ impl Compiler<'_> {
                         DirectionMap::Panorama { angles: fov.map(f64::to_radians) }
                     }
                 };
-                Rays::Angular(Box::new(Angular::new(placed, map, film.size, [*near_clip, *far_clip])))
+                ViewKind::Angular(Box::new(Angular::new(placed, map, film.size, [*near_clip, *far_clip])))
             }
             SensorKind::Plane { to_world, width, stop } => {
                 let placed = self.camera_placed(sensor, to_world, shift)?;
-                Rays::Plane(Box::new(SensorPlane::new(placed, film.size, *width, *stop)))
+                ViewKind::Plane(Box::new(SensorPlane::new(placed, film.size, *width, *stop)))
             }
             SensorKind::RadianceMeter { origin, direction } => {
-                Rays::Radiance(RadianceMeter::new(shift.point(*origin), *direction))
+                ViewKind::Radiance(RadianceMeter::new(shift.point(*origin), *direction))
             }
             SensorKind::IrradianceMeter { surface } => {
                 let surface = self.measured_surface(surface, shift)?;
-                Rays::Irradiance(Box::new(IrradianceMeter::new(surface, film.exposed)))
+                ViewKind::Irradiance(Box::new(IrradianceMeter::new(surface, film.exposed)))
             }
             SensorKind::Distant { direction, target } => {
-                Rays::Distant(Box::new(self.distant(*direction, target, shift, scene)?))
+                ViewKind::Distant(Box::new(self.distant(*direction, target, shift, scene)?))
             }
             // The reader refuses a batch in a batch.
             SensorKind::Batch(_) => return None,
         };
-        Some(View { rays, response })
+        Some(View { kind, response })
     }
 
     /// Where a camera stands over time.
