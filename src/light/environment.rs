@@ -3,6 +3,7 @@
 use super::{EnvironmentMap, EnvironmentSamples, Sky};
 use crate::geometry::Vec3;
 use crate::lanes::{Mask, REGISTERS, Vec3Lanes, WIDTH, lanes_of, set};
+use crate::sampling::quadrature::midpoints;
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 use std::f64::consts::PI;
 
@@ -109,8 +110,7 @@ impl Environment {
 
     /// Densities over that of even light, of directions that follow the brightness.
     fn densities(&self) -> impl Iterator<Item = f64> {
-        let place = |i: usize| [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
-        (0..STRATA * STRATA).filter_map(move |i| self.sample(place(i))).map(|(_, density)| 4.0 * PI * density)
+        midpoints(STRATA).filter_map(|u| self.sample(u)).map(|(_, density)| 4.0 * PI * density)
     }
 
     /// Mean radiance over the sphere, above 0 at every wavelength at which there is any.

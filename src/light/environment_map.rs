@@ -15,6 +15,7 @@ use crate::lanes::{
     Mask, REGISTERS, Real, Register, Row, Vec3Lanes, Vector, WIDTH, ZERO, get, lanes_of, registers_of, set,
 };
 use crate::sampling::PiecewiseBilinearGrid;
+use crate::sampling::quadrature::midpoints;
 use crate::spectrum::{Extrapolation, Sampled, SampledLanes, Sigmoid, Spectrum, Wavelengths, upsample};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -365,8 +366,7 @@ impl EnvironmentMap {
         const STRATA: usize = 64;
         let nm: [f64; NODES] = std::array::from_fn(|i| 300.0 + 5.0 * i as f64);
         let mut sum = Sampled::<NODES>::ZERO;
-        for i in 0..STRATA * STRATA {
-            let u = [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
+        for u in midpoints(STRATA) {
             let sample = self.find(u);
             let (reflectance, factor) = self.interpolate(sample.angles(), &nm);
             sum += reflectance * (factor / sample.density);

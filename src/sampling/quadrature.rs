@@ -21,6 +21,12 @@ pub fn gauss_legendre(count: usize) -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
+/// The centres of `side`² equal squares of the unit square, row by row: the nodes of the midpoint rule.
+pub fn midpoints(side: usize) -> impl Iterator<Item = [f64; 2]> {
+    let place = move |i: usize| [i % side, i / side].map(|k| (k as f64 + 0.5) / side as f64);
+    (0..side * side).map(place)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -36,5 +42,11 @@ mod tests {
                 assert!((sum - expected).abs() < 1e-13, "{count} nodes, power {power}: {sum}");
             }
         }
+    }
+
+    #[test]
+    fn midpoints_go_row_by_row() {
+        let expected = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
+        assert_eq!(midpoints(2).collect::<Vec<_>>(), expected);
     }
 }

@@ -16,6 +16,7 @@ pub use position::{SunTime, sun_direction};
 
 use crate::geometry::{Frame, Transform, Vec3, angle};
 use crate::sampling::PiecewiseConstantGrid;
+use crate::sampling::quadrature::midpoints;
 use crate::spectrum::{Extrapolation, Sampled, Spectrum};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use tables::{Disc, Dome};
@@ -219,8 +220,7 @@ impl Sky {
         const STRATA: usize = 48;
         let nm = wavelengths();
         let mut sum = Sampled::<WAVELENGTHS>::ZERO;
-        for i in 0..STRATA * STRATA {
-            let u = [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
+        for u in midpoints(STRATA) {
             let (direction, density) = self.sample(u);
             sum += self.radiance(direction, &nm) / density;
         }
