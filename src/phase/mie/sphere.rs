@@ -51,22 +51,6 @@ impl Sphere {
         2.0 / (self.size * self.size) * self.sum(|[a, b]| a.norm_sqr() + b.norm_sqr())
     }
 
-    /// The mean cosine of the angle by which light is scattered.
-    pub fn mean_cosine(&self) -> f64 {
-        let pairs = self.coefficients.iter().enumerate();
-        let own = pairs.map(|(i, [a, b])| {
-            let n = i as f64 + 1.0;
-            (2.0 * n + 1.0) / (n * (n + 1.0)) * (a * b.conj()).re
-        });
-        let neighbours = self.coefficients.windows(2).enumerate().map(|(i, pair)| {
-            let n = i as f64 + 1.0;
-            let ([a, b], [c, d]) = (pair[0], pair[1]);
-            n * (n + 2.0) / (n + 1.0) * (a * c.conj() + b * d.conj()).re
-        });
-        let sum = own.sum::<f64>() + neighbours.sum::<f64>();
-        4.0 / (self.size * self.size * self.scattering()) * sum
-    }
-
     /// (|S₁|² + |S₂|²) / 2 for unpolarised light: the differential cross-section times k², sr⁻¹.
     pub fn intensity(&self, cos: f64) -> f64 {
         let mut sums = Amplitudes::new(vec![cos]);
@@ -176,6 +160,24 @@ impl Amplitudes {
 mod tests {
     use super::*;
     use std::f64::consts::PI;
+
+    impl Sphere {
+        /// The mean cosine of the angle by which light is scattered.
+        pub(in crate::phase::mie) fn mean_cosine(&self) -> f64 {
+            let pairs = self.coefficients.iter().enumerate();
+            let own = pairs.map(|(i, [a, b])| {
+                let n = i as f64 + 1.0;
+                (2.0 * n + 1.0) / (n * (n + 1.0)) * (a * b.conj()).re
+            });
+            let neighbours = self.coefficients.windows(2).enumerate().map(|(i, pair)| {
+                let n = i as f64 + 1.0;
+                let ([a, b], [c, d]) = (pair[0], pair[1]);
+                n * (n + 2.0) / (n + 1.0) * (a * c.conj() + b * d.conj()).re
+            });
+            let sum = own.sum::<f64>() + neighbours.sum::<f64>();
+            4.0 / (self.size * self.size * self.scattering()) * sum
+        }
+    }
 
     /// x, n, k, the efficiencies and the mean cosine, and intensities at six angles.
     const REFERENCE: &str = include_str!("../../../tests/data/mie_reference.csv");

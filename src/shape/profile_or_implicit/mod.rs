@@ -192,7 +192,8 @@ impl ProfileOrImplicit {
     }
 
     /// Whether it is anything but flat pieces.
-    pub fn is_curved(&self) -> bool {
+    #[cfg(test)]
+    pub(super) fn is_curved(&self) -> bool {
         self.facets.is_none()
     }
 
