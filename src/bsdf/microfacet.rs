@@ -246,8 +246,8 @@ impl FacetTransmission {
             return None;
         }
         let root = cos - eta * cos_light;
-        // Steradians of facets per steradian of the refracted ray, but for a factor η² (Walter et al., eq. 17),
-        // which is the inverse of the compression of radiance: the value has neither.
+        // Steradians of facets per steradian of the refracted ray, but for a factor η² (Walter et al., eq.
+        // 17), which is the inverse of the compression of radiance: the value has neither.
         let jacobian = cos_light / (root * root);
         // The facets hide light below just as they hide its mirror image above.
         let [eye, opposite, m] = [eye, -light, m].map(Vector::of);
@@ -317,8 +317,8 @@ impl Microfacets {
         }
     }
 
-    /// From `light`, below, to `eye`, above, by way of the facets of normal `m`. `eta` is the index below over
-    /// that above. `None` where one of the directions would see the wrong side of the facets.
+    /// From `light`, below, to `eye`, above, by way of the facets of normal `m`. `eta` is the index below
+    /// over that above. `None` where one of the directions would see the wrong side of the facets.
     #[inline]
     pub fn transmission(&self, eye: Vec3, light: Vec3, m: Vec3, eta: f64) -> Option<FacetTransmission> {
         match self.distribution {

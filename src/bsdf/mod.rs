@@ -412,8 +412,8 @@ fn reflected(v: Vec3, m: Vec3) -> Vec3 {
     m * (2.0 * v.dot(m)) - v
 }
 
-/// Refracted direction of `v` by a facet `m` that it sees. `eta` is the index of the far side over that of the
-/// near side, and `interface` is that of the cosine v·m.
+/// Refracted direction of `v` by a facet `m` that it sees. `eta` is the index of the far side over that of
+/// the near side, and `interface` is that of the cosine v·m.
 #[inline]
 fn refracted(v: Vec3, m: Vec3, eta: f64, interface: Interface) -> Vec3 {
     m * (v.dot(m) / eta - interface.cos_refracted) - v / eta
