@@ -195,18 +195,15 @@ impl Compiler<'_> {
 
     /// The value whose order of magnitude the film's sums are made for: the brightest of what the camera can
     /// see, in luminance, or in the mean over a response or over the wavelengths. What is brighter than 2²²
-    /// times that does not fit; what is darker than 2⁻⁴⁰ times that is rounded at random. `accel` says what
-    /// lights without extent, and small ones, may be near; `eyes` is where camera rays begin.
+    /// times that does not fit; what is darker than 2⁻⁴⁰ times that is rounded at random.
     pub(super) fn reference(
         &self,
         film: &FilmPlan,
         lights: &Lights,
         media: &[&medium::Emission],
-        scene_radius: f64,
-        accel: &Accel,
-        eyes: Bounds,
-        time: f64,
+        lit: &Lit,
     ) -> f64 {
+        let &Lit { accel, eyes, scene_radius, time } = lit;
         /// Spots that are so many times as bright as the whole fit beside it.
         const HEAD: f64 = 256.0;
         /// Rays for all lights that need them.
@@ -347,6 +344,17 @@ pub(super) fn places(lights: &[Light]) -> Bounds {
 /// The same for light from all around.
 fn surroundings(environment: &Environment, scene_radius: f64) -> (&Spectrum, f64) {
     (environment.mean(), PI * 4.0 * PI * scene_radius * scene_radius)
+}
+
+/// What lights shine upon.
+pub(super) struct Lit<'a> {
+    /// Says what lights without extent, and small ones, may be near.
+    pub accel: &'a Accel,
+    /// Where camera rays begin.
+    pub eyes: Bounds,
+    pub scene_radius: f64,
+    /// When it is looked at.
+    pub time: f64,
 }
 
 /// About how far the nearest surface is from a place, leaving out those within a distance, by so many rays in

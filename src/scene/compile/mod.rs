@@ -310,7 +310,8 @@ impl Compiler<'_> {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
             Integrator::Path | Integrator::Walk => {
                 let eyes = camera.origins(during);
-                self.reference(&film, &lights, &emitting, scene_radius, &accel, eyes, shutter.time(0.5))
+                let lit = lights::Lit { accel: &accel, eyes, scene_radius, time: shutter.time(0.5) };
+                self.reference(&film, &lights, &emitting, &lit)
             }
         };
         let warnings = match integrator {
