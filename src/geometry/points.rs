@@ -50,9 +50,7 @@ impl<R: Real> Points<R> {
         let error = target.error + R::of(16.0 * f64::EPSILON) * toward.length();
         let between = Self { error, ..*target }.leave(-toward) - origin;
         let length = between.length();
-        // Points that may be the same have nothing between them: the direction of the rest is rounding.
-        let apart = toward.length().gt(R::of(2.0) * (self.error + target.error));
-        Segments { origin, direction: between / length, length: R::choose(apart, length, R::of(0.0)) }
+        Segments { origin, direction: between / length, length }
     }
 }
 

@@ -14,7 +14,15 @@ pub struct Sphere {
     placement: Placement,
     inward: bool,
     area: f64,
+    /// Only places farther than this from the centre are surely outside. One that lies on the sphere may seem
+    /// to be outside by rounding: the cone from there would lead to nothing but the place itself. Infinite
+    /// where no cone is asked for.
+    outside: f64,
 }
+
+/// Height over a sphere, as a share of its radius, at which a place counts as lying on it. Places on one that
+/// an instance shows are known less well than those of the world, by how far away that is.
+const CLOSE: f64 = 1e-9;
 
 impl Sphere {
     /// `to_world` applied to the sphere of the given centre and radius.
@@ -37,7 +45,13 @@ impl Sphere {
             Some(radius) => 4.0 * PI * radius * radius,
             None => ellipsoid_area(&placement),
         };
-        Ok(Self { inward: flip_normals != placement.mirrors, placement, area })
+        let rounding = 64.0 * f64::EPSILON * placement.pose.origin.length();
+        let inward = flip_normals != placement.mirrors;
+        let outside = match placement.scale {
+            Some(radius) if !inward => radius * (1.0 + CLOSE) + rounding,
+            _ => f64::INFINITY,
+        };
+        Ok(Self { inward, placement, area, outside })
     }
 
     /// Nearest distance with 0 ≤ t < `ray.t_max`.
@@ -230,7 +244,7 @@ impl Sphere {
             sin,
             one_minus_cos: sin * sin / (R::of(1.0) + cos),
             toward_reference: from_centre / distance,
-            is_outside: distance.gt(radius),
+            is_outside: distance.gt(R::of(self.outside)),
         }
     }
 }
