@@ -35,7 +35,7 @@ fn point(x: f64, relmse: Estimate) -> Point {
     Point { x, y, low: y / factor, high: y * factor }
 }
 
-/// The best of several, with those that can't be told from it: `A (within the intervals no other than B; C)`.
+/// The best of several, with those that can't be told from it: `A (or, within the intervals, B; C)`.
 fn with_ties<T>(best: &(&Series, T), all: &[(&Series, T)], is_tied: impl Fn(&T, &T) -> bool) -> String {
     let tied: Vec<&str> = all
         .iter()
@@ -45,7 +45,7 @@ fn with_ties<T>(best: &(&Series, T), all: &[(&Series, T)], is_tied: impl Fn(&T, 
     match tied.as_slice() {
         [] => best.0.label.clone(),
         names => {
-            format!("{} (within the intervals no other than {})", best.0.label, names.join("; "))
+            format!("{} (or, within the intervals, {})", best.0.label, names.join("; "))
         }
     }
 }
