@@ -142,6 +142,9 @@ impl Progress for RenderProgress {
     }
 
     fn pass_done(&self, film: &Film) {
+        if self.bar.is_hidden() && self.lines.is_none() {
+            return;
+        }
         self.tells(match Target::mean_error(film) {
             Some(error) => format!("error {}", percent(error)),
             None => NO_ERROR_YET.to_owned(),

@@ -78,7 +78,7 @@ impl Sum {
         let luminance: Vec<f64> = luminance.collect();
         let is_black = luminance.iter().all(|&value| value == 0.0);
         let white = rec709_to_xyz([1.0; 3]) * assumed_white(luminance);
-        let variances = calibrated(film, |parts, x, y| {
+        let variance = |parts: u32, x: u32, y: u32| {
             film.colour_by(parts, x, y).map_or(f64::INFINITY, |(mean, deviations)| {
                 // A replicate deviates by so many times the error of the mean of all, on average.
                 let less = 1.0 / f64::from(parts.saturating_sub(1)).sqrt();
@@ -89,7 +89,9 @@ impl Sum {
                 };
                 deviations.iter().map(difference).sum::<f64>() / f64::from(parts)
             })
-        });
+        };
+        let by = |parts: u32| of_pixels(film, |x, y| variance(parts, x, y));
+        let variances = calibrated(film, &by(film.replicates), film.nets().map(by).as_deref());
         let sum = Self::over(film, &of_tiles(film, &variances), |_, _, variance| variance.sqrt());
         let pixels = film.extent.shown.pixel_count() as f64;
         Self { divisor: if is_black { 0.0 } else { pixels }, ..sum }
@@ -109,17 +111,17 @@ fn of_tiles(film: &Film, values: &[f64]) -> Vec<f64> {
     Region::whole(film.extent.measured.size).pixels().map(mean).collect()
 }
 
-/// The error bars of all pixels that are measured, squared, from what equal runs of replicates, so many in
-/// number, tell of a pixel.
-fn calibrated(film: &Film, variance: impl Fn(u32, u32, u32) -> f64 + Sync) -> Vec<f64> {
-    let (window, measured) = (film.extent.window, film.extent.measured);
-    let [width, height] = measured.size;
-    let variances = |parts: u32| -> Vec<f64> {
-        let row = |y: u32| (0..width).map(|x| variance(parts, x, y)).collect::<Vec<f64>>();
-        (0..height).into_par_iter().flat_map_iter(row).collect()
-    };
-    let of_nets = film.nets().map(variances);
-    error_bars::calibrated(window.size, measured, &variances(film.replicates), of_nets.as_deref())
+/// What is found of each pixel that is measured, row by row.
+fn of_pixels<T: Send>(film: &Film, of: impl Fn(u32, u32) -> T + Sync) -> Vec<T> {
+    let [width, height] = film.extent.measured.size;
+    let row = |y: u32| (0..width).map(|x| of(x, y)).collect::<Vec<T>>();
+    (0..height).into_par_iter().flat_map_iter(row).collect()
+}
+
+/// The error bars of all pixels that are measured, squared, from what all replicates tell of each, and what
+/// nets tell where there are any.
+fn calibrated(film: &Film, variances: &[f64], of_nets: Option<&[f64]>) -> Vec<f64> {
+    error_bars::calibrated(film.extent.window.size, film.extent.measured, variances, of_nets)
 }
 
 impl Target {
@@ -171,9 +173,13 @@ impl Target {
         let pixels = film.extent.shown.pixel_count() as f64;
         let mut all = Sum::default();
         for quantity in channels {
-            let variances =
-                calibrated(film, |parts, x, y| film.measured_by(parts, x, y, quantity).error.powi(2));
-            let value = |x, y| film.measured(x, y, quantity).mean;
+            let parts = [film.replicates, film.nets().unwrap_or(film.replicates)];
+            let measured = of_pixels(film, |x, y| film.pixel(x, y).measured_by(parts, quantity));
+            let squared =
+                |by: usize| measured.iter().map(|pixel| pixel[by].error.powi(2)).collect::<Vec<f64>>();
+            let of_nets = film.nets().map(|_| squared(1));
+            let variances = calibrated(film, &squared(0), of_nets.as_deref());
+            let value = |x: u32, y: u32| measured[y as usize * film.width as usize + x as usize][0].mean;
             let total: f64 = film.shown().map(|(x, y)| value(x, y)).sum();
             let mean = total / pixels;
             // Errors of the mean are over the mean, of all channels together; those of relMSE are over it
