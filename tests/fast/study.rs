@@ -273,7 +273,7 @@ const MEASURE: &str = "<script>addEventListener('load', () => { document.body.da
 
 fn browse(browser: &Path, folder: &Folder, more: &[&str], page: &str) -> Output {
     browser::headless(browser, &folder.path("profile"))
-        .arg("--window-size=1000,6000")
+        .arg("--window-size=1000,8000")
         .args(more)
         .arg(format!("file://{}", folder.path(page).display()))
         .output()
