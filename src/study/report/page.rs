@@ -232,6 +232,7 @@ fn results(out: &mut String, findings: &Findings, section: &Section) {
         let run = series.at(last);
         let independent = series
             .of_sampler(&section.series, SamplerKind::Independent)
+            .filter(|independent| independent.sampler != series.sampler)
             .and_then(|independent| independent.at(last));
         let gain = run.zip(independent).map_or("–".to_owned(), |(run, other)| {
             let gain = short(run.efficiency() / other.efficiency());
