@@ -1,6 +1,7 @@
 //! Opaque metal, smooth and rough.
 
-use super::microfacet::{FacetReflection, Microfacets};
+use super::facets::FacetReflection;
+use super::microfacet::Microfacets;
 use super::{Evaluation, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
 use crate::sampling::Density;

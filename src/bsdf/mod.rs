@@ -14,6 +14,7 @@
 
 mod conductor;
 mod dielectric;
+mod facets;
 pub mod fresnel;
 mod hair;
 mod lambert;
@@ -28,10 +29,11 @@ mod thin_dielectric;
 
 pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::{AIR_INDEX, Dielectric, DielectricTextures, Exterior};
+pub use facets::FacetReflection;
 pub use hair::{Fibre, Hair, HairTextures};
 pub use lambert::{DiffuseTransmitter, Lambert};
 pub use metal::{EvenRoughMetal, Metal};
-pub use microfacet::{Beckmann, FacetReflection, Ggx, Microfacets};
+pub use microfacet::{Beckmann, Ggx, Microfacets};
 pub use plastic::{DiffuseBase, Plastic, PlasticTextures};
 pub(crate) use principled::LEAST_INDEX;
 pub use principled::{

@@ -106,27 +106,16 @@ impl Materials {
         nm: &[f64; C],
         exterior: Exterior<'_>,
     ) -> Sampled<C> {
-        self.null_transmittance_in(at.frame, id, at, toward_eye, nm, exterior)
-    }
-
-    /// The same in a frame that normal maps may have turned.
-    fn null_transmittance_in<const C: usize>(
-        &self,
-        frame: Frame,
-        id: MaterialId,
-        at: &ShadingPoint,
-        toward_eye: Vec3,
-        nm: &[f64; C],
-        exterior: Exterior<'_>,
-    ) -> Sampled<C> {
-        let of = |id: MaterialId| self.null_transmittance_in(frame, id, at, toward_eye, nm, exterior);
+        let of = |id: MaterialId| self.null_transmittance(id, at, toward_eye, nm, exterior);
+        let turned = |frame: Frame, id: MaterialId| {
+            let at = ShadingPoint { frame, ..*at };
+            self.null_transmittance(id, &at, toward_eye, nm, exterior)
+        };
         match self.get(id) {
-            Material::TwoSided { front, back } => {
-                let is_behind = frame.z.dot(toward_eye) < 0.0;
-                let seen = if is_behind { Frame { z: -frame.z, ..frame } } else { frame };
-                let side = if is_behind { *back } else { *front };
-                self.null_transmittance_in(seen, side, at, toward_eye, nm, exterior)
+            Material::TwoSided { back, .. } if at.frame.z.dot(toward_eye) < 0.0 => {
+                turned(Frame { z: -at.frame.z, ..at.frame }, *back)
             }
+            Material::TwoSided { front, .. } => of(*front),
             Material::Mask { opacity, nested } => {
                 let opacity = opacity.value(&at.texture).clamp(0.0, 1.0);
                 of(*nested) * opacity + Sampled::splat(1.0 - opacity)
@@ -137,11 +126,11 @@ impl Materials {
                 of(*first) * (1.0 - weight) + of(*second) * weight
             }
             Material::NormalMapping { mapping, nested } => {
-                let (turned, _) = mapping.turn(&frame, at, toward_eye);
-                self.null_transmittance_in(turned, *nested, at, toward_eye, nm, exterior)
+                let (frame, _) = mapping.turn(&at.frame, at, toward_eye);
+                turned(frame, *nested)
             }
             Material::Bsdf(bsdf) => {
-                bsdf.sample(&at.texture, nm, exterior).null_transmittance(frame.to_local(toward_eye))
+                bsdf.sample(&at.texture, nm, exterior).null_transmittance(at.frame.to_local(toward_eye))
             }
         }
     }

@@ -2,7 +2,8 @@
 
 use super::albedo::{self, Albedo};
 use super::{MEAN_SHEEN, PrincipledBase, choose, cosine_density, interface, mix, probabilities};
-use crate::bsdf::microfacet::{FacetReflection, Microfacets};
+use crate::bsdf::facets::FacetReflection;
+use crate::bsdf::microfacet::Microfacets;
 use crate::bsdf::{Evaluation, Scatter, flipped, reflected};
 use crate::geometry::Vec3;
 use crate::sampling::warp;
