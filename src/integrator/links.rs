@@ -5,15 +5,15 @@ use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
 use super::plan::Sharing;
 use super::surfaces::{Evaluations, Surfaces};
-use super::weights::power_heuristic;
+use super::weights::scattering_weight;
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::lanes::{
-    self, ALL, LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
+    self, ALL, LANES, Mask, REGISTERS, Register, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
 };
 use crate::light::{Lit, Receivers};
-use crate::scene::{RayKind, Scene, Techniques};
+use crate::scene::{RayKind, Scene};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use std::f64::consts::FRAC_1_PI;
 
@@ -159,24 +159,19 @@ impl<'a, const C: usize> Firsts<'a, C> {
     }
 
     /// The weights of light that scattering found along the links, beside light samples that find it with a
-    /// density per steradian; see [`super::path::PreviousSample::weight_beside_lights`].
+    /// density per steradian.
     pub fn weights_beside_lights(&self, links: &Links<C>, by_light: &Row) -> Row {
-        let techniques = self.scene.limits.techniques;
         std::array::from_fn(|register| {
-            let by_light = by_light[register];
-            let is_sought = by_light.gt(Register::ZERO);
-            let weight = match techniques {
-                Techniques::Scattering => Register::ONE,
-                Techniques::LightSamples => Register::ZERO,
-                Techniques::Both => {
-                    let mut by_scattering = Register::ZERO;
-                    for density in &links.density.0 {
-                        by_scattering += density[register] / links.geometry[register];
-                    }
-                    power_heuristic(by_scattering, Register::splat(C as f64) * by_light)
+            let by_scattering = || {
+                let mut sum = Register::ZERO;
+                for density in &links.density.0 {
+                    sum += density[register] / links.geometry[register];
                 }
+                sum
             };
-            Truth::of(part(links.linked, register)).only(Register::choose(is_sought, weight, Register::ONE))
+            let by_light = || Register::splat(C as f64) * by_light[register];
+            let weight = scattering_weight(self.scene, by_light, by_scattering);
+            Truth::of(part(links.linked, register)).only(weight)
         })
     }
 

@@ -18,7 +18,7 @@ use super::RadianceSample;
 use super::caustics::{self, FirstSurface};
 use super::contributions::receiver;
 use super::observe::{Observe, Step, Unseen};
-use super::weights::{late_survival, late_survival_in_media, power_heuristic, roulette_survival};
+use super::weights::{late_survival, late_survival_in_media, roulette_survival, scattering_weight};
 use crate::bsdf::Scatter;
 use crate::geometry::Ray;
 use crate::light::Receiver;
@@ -118,21 +118,11 @@ impl<const C: usize> PreviousSample<C> {
     /// The weight of light that scattering found, if light samples from the last vertex found it with a
     /// density, per steradian.
     pub(super) fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
-        match (self, scene.limits.techniques) {
-            (Self::Camera, _) | (_, Techniques::Scattering) => 1.0,
-            (Self::Discrete, Techniques::Both) => 1.0,
-            (Self::Discrete, Techniques::LightSamples) => 0.0,
-            (Self::Scattered { from, prior_over_density, by_scattering }, Techniques::Both) => {
-                power_heuristic(by_scattering.sum(), prior_over_density * density(from))
-            }
-            // What light samples leave to scattering, such as a constant environment, is found by it all the
-            // same.
-            (Self::Scattered { from, .. }, Techniques::LightSamples) => {
-                if density(from) > 0.0 {
-                    0.0
-                } else {
-                    1.0
-                }
+        match self {
+            Self::Discrete if scene.limits.techniques == Techniques::LightSamples => 0.0,
+            Self::Camera | Self::Discrete => 1.0,
+            Self::Scattered { from, prior_over_density, by_scattering } => {
+                scattering_weight(scene, || prior_over_density * density(from), || by_scattering.sum())
             }
         }
     }

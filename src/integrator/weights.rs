@@ -25,6 +25,28 @@ pub(super) fn light_sample_weight(
     }
 }
 
+/// The weight of light that scattering finds beside light samples. `by_light`: the density with which these
+/// find it, 0 where they don't look for it; `by_scattering`: that of having been scattered toward it. Both
+/// are Σⱼ pⱼ over a density that the two have in common, such as that of the hero.
+#[inline(always)]
+pub(super) fn scattering_weight<R: Real>(
+    scene: &Scene,
+    by_light: impl FnOnce() -> R,
+    by_scattering: impl FnOnce() -> R,
+) -> R {
+    let one = R::of(1.0);
+    // What light samples leave to scattering, such as a constant environment, has the weight 1.
+    let unless_sought = |by_light: R, sought: R| R::choose(by_light.gt(R::of(0.0)), sought, one);
+    match scene.limits.techniques {
+        Techniques::Scattering => one,
+        Techniques::LightSamples => unless_sought(by_light(), R::of(0.0)),
+        Techniques::Both => {
+            let by_light = by_light();
+            unless_sought(by_light, power_heuristic(by_scattering(), by_light))
+        }
+    }
+}
+
 /// What light samples are multiplied by; see [`light_sample_weight`] for the same of one.
 #[inline(always)]
 pub(super) fn light_sample_weights<const C: usize>(

@@ -13,7 +13,7 @@ pub(super) use turn::{Each, Turn};
 
 use super::caustics::FirstSurface;
 use super::surfaces::{Scatters, Surfaces};
-use super::weights::{late_survival, light_sample_weights, power_heuristic, roulette_survival};
+use super::weights::{late_survival, light_sample_weights, roulette_survival, scattering_weight};
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{
@@ -241,7 +241,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         std::array::from_fn(|register| {
             let by_light = density[register] * probability[register];
             let by_light = self.prior_over_density[register] * by_light;
-            power_heuristic(sums[register], by_light) / sums[register]
+            scattering_weight(self.scene, || by_light, || sums[register]) / sums[register]
         })
     }
 
