@@ -3,14 +3,25 @@
 use super::observe::{Observe, Step, list};
 use super::path::{Beside, Path, PreviousSample};
 use super::weights::light_sample_weight;
+use crate::bsdf::Evaluation;
 use crate::geometry::Ray;
 use crate::light::{Caustics, LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::MediumStack;
 use crate::sampling::{Density, Dimensions, Stream};
-use crate::scene::{Intersection, Scene};
+use crate::scene::{Intersection, Passage, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
 use std::borrow::Cow;
+
+/// The throughput and the densities by which light samples on a path are weighed.
+#[derive(Clone, Copy)]
+pub(super) struct Prior<const C: usize> {
+    pub throughput: Sampled<C>,
+    pub ratio: Sampled<C>,
+    /// The density of having come here by way of lamps that are near, over the hero's of having come
+    /// otherwise.
+    pub by_aim: f64,
+}
 
 impl<const C: usize, O: Observe> Path<C, O> {
     /// Light from beyond the scene, weighed against having been sampled.
@@ -117,20 +128,40 @@ impl<const C: usize, O: Observe> Path<C, O> {
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
-        if scene.features().scattering {
-            let around = self.media_beyond(scene, ray, hit, &sample.shadow_ray);
-            return self.light_through_media(scene, &sample, &value, &around, wavelengths);
-        }
-        let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
-            (self.ratio * value.density).sum()
-        });
-        if weight == 0.0 {
-            return Sampled::ZERO;
-        }
-        let visibility = self.visibility(scene, ray, hit, &sample.shadow_ray, sample.density, wavelengths);
-        let light = self.throughput * value.f_cos * sample.radiance * weight * visibility;
+        let around = self.media_beyond(scene, ray, hit, &sample.shadow_ray);
+        let prior = Prior { throughput: self.throughput, ratio: self.ratio, by_aim: 0.0 };
+        let light = self.light_from(scene, &sample, &value, &around, &prior, wavelengths);
         self.tell_of_light(scene, &sample, light);
         light
+    }
+
+    /// What a light sample brings to a place that scatters it, through what is between. `media`: those that
+    /// the shadow ray begins in.
+    #[inline(always)]
+    pub(super) fn light_from(
+        &self,
+        scene: &Scene,
+        sample: &LightSample<C>,
+        value: &Evaluation<C>,
+        media: &MediumStack,
+        prior: &Prior<C>,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let Passage { transmittance, flown } = scene.passage(
+            &sample.shadow_ray,
+            self.time,
+            media,
+            wavelengths,
+            self.crossings(scene, sample.density),
+        );
+        if transmittance.is_zero() {
+            return Sampled::ZERO;
+        }
+        let Prior { throughput, ratio, by_aim } = *prior;
+        let weight = light_sample_weight(scene, sample.density, ratio.sum() + by_aim, || {
+            (ratio * value.density * flown).sum()
+        });
+        throughput * value.f_cos * sample.radiance * weight * transmittance
     }
 
     /// Light that the path has found, as it is.
@@ -145,7 +176,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     /// A light sample for a surface that scatters. `None` past the last segment, and where no light can
     /// contribute.
     #[inline(always)]
-    pub(super) fn light_sample(
+    fn light_sample(
         &self,
         scene: &Scene,
         hit: &Intersection,
@@ -153,7 +184,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
     ) -> Option<LightSample<C>> {
-        if self.is_last(scene) || scene.lights.is_empty() {
+        let may_contribute = !scene.lights.is_empty() && scene.limits.techniques != Techniques::Scattering;
+        if self.is_last(scene) || !may_contribute {
             return None;
         }
         let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));

@@ -17,26 +17,16 @@
 //! flight, a light sample of either has the density (P_f + P_a) p_light: the balance heuristic over the two
 //! ways to the place, beside the power heuristic over light samples and scattering.
 
+use super::contributions::Prior;
 use super::observe::{Observe, Step, axes, list};
 use super::path::{Path, PreviousSample, ScatteredBy};
-use super::weights::light_sample_weight;
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::light::{Aim, LightSample, Receiver};
+use crate::light::{Aim, Receiver};
 use crate::medium::{Extinction, Medium, MediumStack, Scattering};
 use crate::sampling::{Density, Dimensions, Stream};
-use crate::scene::{Collision, Event, FlightPlan, Passage, PathEnd, Scene, Techniques};
+use crate::scene::{Collision, Event, FlightPlan, PathEnd, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
-
-/// The throughput and the densities by which light samples on a path are weighed.
-#[derive(Clone, Copy)]
-struct Prior<const C: usize> {
-    throughput: Sampled<C>,
-    ratio: Sampled<C>,
-    /// The density of having come here by way of lamps that are near, over the hero's of having come
-    /// otherwise.
-    by_aim: f64,
-}
 
 /// A ray that passes lamps within a medium.
 struct Aimed<'a> {
@@ -240,47 +230,6 @@ impl<const C: usize, O: Observe> Path<C, O> {
         self.vertex += 1;
         self.tell_of_scatter(sample.direction, false, Density::PerSolidAngle(hero));
         self.survives(scene, survival).then(|| Ray::new(position, sample.direction))
-    }
-
-    /// What a light sample brings to a place that scatters it, through what is between.
-    pub(super) fn light_through_media(
-        &self,
-        scene: &Scene,
-        sample: &LightSample<C>,
-        value: &Evaluation<C>,
-        media: &MediumStack,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        let prior = Prior { throughput: self.throughput, ratio: self.ratio, by_aim: 0.0 };
-        let light = self.light_from(scene, sample, value, media, &prior, wavelengths);
-        self.tell_of_light(scene, sample, light);
-        light
-    }
-
-    fn light_from(
-        &self,
-        scene: &Scene,
-        sample: &LightSample<C>,
-        value: &Evaluation<C>,
-        media: &MediumStack,
-        prior: &Prior<C>,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        let Passage { transmittance, flown } = scene.passage(
-            &sample.shadow_ray,
-            self.time,
-            media,
-            wavelengths,
-            self.crossings(scene, sample.density),
-        );
-        if transmittance.is_zero() {
-            return Sampled::ZERO;
-        }
-        let Prior { throughput, ratio, by_aim } = *prior;
-        let weight = light_sample_weight(scene, sample.density, ratio.sum() + by_aim, || {
-            (ratio * value.density * flown).sum()
-        });
-        throughput * value.f_cos * sample.radiance * weight * transmittance
     }
 }
 
