@@ -7,7 +7,7 @@ use crate::bsdf::Evaluation;
 use crate::geometry::Ray;
 use crate::light::{Caustics, LightSample, Receiver};
 use crate::material::Shading;
-use crate::medium::MediumStack;
+use crate::medium::{Media, MediumStack};
 use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Intersection, Passage, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
@@ -128,7 +128,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
-        let around = self.media_beyond(scene, ray, hit, &sample.shadow_ray);
+        let around = media_beyond(scene, &self.media, ray, hit, &sample.shadow_ray);
         let prior = Prior { throughput: self.throughput, ratio: self.ratio, by_aim: 0.0 };
         let light = self.light_from(scene, &sample, &value, &around, &prior, wavelengths);
         self.tell_of_light(scene, &sample, light);
@@ -152,7 +152,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             self.time,
             media,
             wavelengths,
-            self.crossings(scene, sample.density),
+            crossings(scene, self.depth, sample.density),
         );
         if transmittance.is_zero() {
             return Sampled::ZERO;
@@ -191,54 +191,39 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
         scene.lights.sample(&receiver(hit, shading), self.time, wavelengths, [u, v])
     }
+}
 
-    /// The fraction of a light sample's light that gets to the surface.
-    #[inline(always)]
-    pub(super) fn visibility(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: &Intersection,
-        shadow_ray: &Ray,
-        density: Density,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        let around = self.media_beyond(scene, ray, hit, shadow_ray);
-        let crossings = self.crossings(scene, density);
-        scene.passage(shadow_ray, self.time, &around, wavelengths, crossings).transmittance
+/// How many surfaces a light sample at the end of a path of `depth` segments may pass by null transmission,
+/// at most.
+pub(super) fn crossings(scene: &Scene, depth: u32, density: Density) -> u32 {
+    if !scene.features().transparent_shadows {
+        0
+    } else if !scene.limits.null_is_a_segment {
+        u32::MAX
+    } else if density == Density::Discrete {
+        // Mitsuba's `path` never finds such a light behind a surface, and no scattered ray meets it.
+        0
+    } else {
+        scene.limits.max_depth.saturating_sub(depth + 2)
     }
+}
 
-    /// How many surfaces a light sample taken here may pass by null transmission, at most.
-    pub(super) fn crossings(&self, scene: &Scene, density: Density) -> u32 {
-        if !scene.features().transparent_shadows {
-            0
-        } else if !scene.limits.null_is_a_segment {
-            u32::MAX
-        } else if density == Density::Discrete {
-            // Mitsuba's `path` never finds such a light behind a surface, and no scattered ray meets it.
-            0
-        } else {
-            scene.limits.max_depth.saturating_sub(self.depth + 2)
-        }
+/// What is around a shadow ray that leaves a surface. `media`: what is around the ray that met it.
+pub(super) fn media_beyond<'a>(
+    scene: &Scene,
+    media: &'a Media,
+    ray: &Ray,
+    hit: &Intersection,
+    shadow_ray: &Ray,
+) -> Cow<'a, MediumStack> {
+    let toward_light = shadow_ray.direction;
+    let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
+    if !beyond || !scene.features().medium_stack {
+        return Cow::Borrowed(&media.here);
     }
-
-    /// What is around a shadow ray that leaves a surface.
-    fn media_beyond(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: &Intersection,
-        shadow_ray: &Ray,
-    ) -> Cow<'_, MediumStack> {
-        let toward_light = shadow_ray.direction;
-        let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
-        if !beyond || !scene.features().medium_stack {
-            return Cow::Borrowed(&self.media.here);
-        }
-        let mut media = self.media.clone();
-        scene.pass_through(hit, toward_light, &mut media);
-        Cow::Owned(media.here)
-    }
+    let mut media = media.clone();
+    scene.pass_through(hit, toward_light, &mut media);
+    Cow::Owned(media.here)
 }
 
 /// A surface as lights are chosen for it.

@@ -12,6 +12,7 @@ pub(super) use pool::{Found, follow};
 pub(super) use turn::{Each, Turn};
 
 use super::caustics::FirstSurface;
+use super::contributions::{crossings, media_beyond};
 use super::surfaces::{Scatters, Surfaces};
 use super::weights::{late_survival, light_sample_weights, roulette_survival, scattering_weight};
 use crate::accel::Rays;
@@ -352,7 +353,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         light.add_times(&Sampled::splat(weight), &mut self.arriving);
     }
 
-    /// Takes account of what is in the way of shadow rays; see [`super::path::Path::visibility`].
+    /// Takes account of what is in the way of shadow rays; see [`super::path::Path::light_from`].
     pub fn attenuate(
         &self,
         surfaces: &Surfaces<C>,
@@ -371,11 +372,12 @@ impl<'a, const C: usize> Bundle<'a, C> {
             }
         }
         for lane in lanes_of(unsure) {
-            let (path, hit) = (self.path(lane), surfaces.hits.get(scene, lane));
+            let (media, hit) = (self.media(lane), surfaces.hits.get(scene, lane));
             let (ray, shadow_ray) = (self.rays.get(lane), shadow_rays.get(lane));
-            let density = samples.density_of(lane);
-            let visibility = path.visibility(scene, &ray, &hit, &shadow_ray, density, self.wavelengths(lane));
-            light.set(lane, &(light.get(lane) * visibility));
+            let around = media_beyond(scene, &media, &ray, &hit, &shadow_ray);
+            let crossings = crossings(scene, self.depth, samples.density_of(lane));
+            let passage = scene.passage(&shadow_ray, self.time, &around, self.wavelengths(lane), crossings);
+            light.set(lane, &(light.get(lane) * passage.transmittance));
         }
     }
 
