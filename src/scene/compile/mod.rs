@@ -28,14 +28,14 @@ use super::features::Features;
 use super::lanes::{EvenSurfaces, KnownSurface};
 use super::scene::{Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
-use crate::accel::NO_FACET;
+use crate::accel::{Accel, NO_FACET};
 use crate::bsdf::Specular;
 use crate::film::Region;
-use crate::geometry::{Bounds, Transform, Vec3};
-use crate::light::{self, Light, Lights};
+use crate::geometry::{Bounds, Placed, Transform, Vec3};
+use crate::light::{self, Environment, Light, Lights};
 use crate::material::Material;
 use crate::medium::Emission;
-use crate::scene::{Coverage, Integrator, Limits, Techniques};
+use crate::scene::{Coverage, FilmPlan, Integrator, Limits, Techniques};
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
@@ -99,100 +99,46 @@ struct Compiler<'a> {
     errors: Vec<SceneError>,
 }
 
-impl Compiler<'_> {
+/// What a file states, made part by part, and checked.
+struct Stated<'a> {
+    groups: Groups<'a>,
+    materials: MaterialCompiler,
+    shapes: Vec<Shape>,
+    /// Those of the shapes, by their numbers.
+    surfaces: Vec<Surface>,
+    lights: Vec<Light>,
+    environment: Option<Environment>,
+    /// By the numbers of those among the lights that move.
+    moving_lights: Vec<(usize, Placed)>,
+    camera_medium: Option<u32>,
+    film: FilmPlan,
+}
+
+impl<'a> Compiler<'a> {
     fn run(mut self) -> Result<Scene, SceneErrors> {
-        let description = self.description;
-        let mut groups = Groups::new(description);
-        self.errors = groups.errors();
-        if let Some(place) = groups.beyond_numbers() {
-            let problem = "the scene shows more instances than hits can tell apart";
-            let expected =
-                format!("fewer than {MOST_INSTANCES}, those within groups counted as often as shown");
-            let error = SceneError::at(place, problem, expected);
-            self.errors
-                .push(error.with_remedy("put more shapes into the innermost group, and show it less often"));
-        }
-        let groups = groups;
-        let shift = Transform::translation(-groups::centre(groups.scene_bounds()));
-        self.shift = shift;
-        let mut materials = MaterialCompiler::new(self.options.range, shift);
-        let (mut geometries, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        for Traced { shape, to_traced, flip_normals, part, carried } in groups.shapes(&shift) {
-            let geometry =
-                shapes::place(shape, &to_traced, flip_normals, part).and_then(shapes::within_reach);
-            let Some(geometry) = self.keep(&shape.place, geometry) else { continue };
-            if part {
-                self.refuse_open(shape, &geometry);
-            }
-            let surface = match materials.surface(shape, &geometry, part) {
-                Ok(surface) => surface,
-                Err(error) => {
-                    self.errors.push(error);
-                    continue;
-                }
-            };
-            self.check_attributes(shape, &geometry, &materials.materials.attributes(surface.material));
-            let light = match &shape.emission {
-                None => None,
-                Some(source) => {
-                    let light = self.area_light(&geometry, carried, source);
-                    if let Light::Area { radiance, .. } = &light {
-                        self.check_attributes(shape, &geometry, &radiance.attributes());
-                    }
-                    lights.push(light);
-                    Some(lights.len() as u32 - 1)
-                }
-            };
-            geometries.push(geometry);
-            let textured = light.is_some_and(|light| lights[light as usize].is_textured());
-            let part = part && surfaces.len() < groups.own();
-            let parametrised = surface.parametrised || textured;
-            surfaces.push(Surface { light, part, parametrised, ..surface });
-        }
-        let (environment, moving_lights) = self.other_lights(&mut lights, &shift);
-        let camera_medium = description
-            .sensor
-            .medium
-            .as_ref()
-            .and_then(|medium| materials.medium(medium).map_err(|error| self.errors.push(error)).ok());
-        self.errors.extend(materials.unreachable_media());
-        if description.integrator.kind == IntegratorKind::Walk {
-            self.refuse_lights_that_a_walk_misses();
-        }
-        if self.errors.is_empty() {
-            self.join_bodies(&groups, &materials, &mut surfaces);
-        }
-        let film = self.film();
-        if !self.errors.is_empty() {
-            return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
-        }
+        let stated = self.stated()?;
+        let Stated { groups, materials, shapes, mut surfaces, mut lights, .. } = stated;
+        let Stated { environment, moving_lights, camera_medium, film, .. } = stated;
         let MaterialCompiler { materials, bodies, mut media, .. } = materials;
-        let shapes = geometries;
-        let (accel, solids) = groups.accel(&shapes, &shift).map_err(|places| {
-            for place in places {
-                self.cannot_be_made(place, &ShapeError::Placement);
-            }
-            SceneErrors { sources: description.sources.clone(), errors: std::mem::take(&mut self.errors) }
-        })?;
-        for (Assembled { solid, moves }, parts) in solids.iter().zip(groups.solids()) {
-            for part in parts {
-                let light = surfaces[part].light.map(|light| &mut lights[light as usize]);
-                if let Some(Light::Area { geometry, .. }) = light {
-                    geometry.is_part(solid.clone(), part as u32, *moves);
-                }
-            }
-        }
-        let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
-            return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
-        };
+        let (description, shift) = (self.description, self.shift);
+
+        // Where everything is, and what is next to what.
+        let (accel, solids) = self.accel(&groups, &shapes)?;
+        make_parts(&groups, &solids, &surfaces, &mut lights);
+        let camera = self.camera(&shift, accel.bounds());
+        self.check()?;
+        let Some(camera) = camera else { return Err(self.failure()) };
         let solids_of = contact::solids_of(&groups, &shapes, &solids);
         let boxes = contact::boxes(&shapes, &solids_of);
         let Nearness { contacts, adjoin, overlap, one_way } =
             contact::nearness(&groups, &shift, &shapes, &boxes, &solids_of, &surfaces, &bodies);
         let contact = !contacts.of.is_empty();
-        let during = description.sensor.shutter.during();
+        let shutter = description.sensor.shutter;
+        let during = shutter.during();
         let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &boxes, &surfaces, &bodies)
             .any(|around| around.overlaps(camera.origins(during)));
+
+        // What is between surfaces.
         let boxes_of = |is_meant: &dyn Fn(usize) -> bool| -> Vec<Bounds> {
             contact::boxes_of(&groups, &shift, &shapes, &boxes, is_meant).collect()
         };
@@ -215,6 +161,8 @@ impl Compiler<'_> {
             media.iter().flatten().filter_map(|medium| medium.emission.as_ref()).collect();
         let scattering =
             !emitting.is_empty() || media.iter().flatten().any(|medium| medium.scattering.is_some());
+
+        // Wavelengths, and the choice among lights by them.
         let scene_radius = 0.5
             * match scattering {
                 false => accel.bounds(),
@@ -222,40 +170,25 @@ impl Compiler<'_> {
                 true => accel.bounds().union(camera.origins(during)).union(lights::places(&lights)),
             }
             .diameter();
-        let volumetric = description.integrator.kind == IntegratorKind::VolPath;
-        let shutter = description.sensor.shutter;
-        let lights_move = !moving_lights.is_empty() || camera.is_moving();
+        let integrator = self.integrator();
         let responses = self.responses(&camera, &film);
-        // A distance is the same at all wavelengths, whatever shines on what is there.
-        let wavelengths = match description.integrator.kind {
-            IntegratorKind::Depth => self.wavelengths(&responses, &[], None, &[], scene_radius),
-            _ => self.wavelengths(&responses, &lights, environment.as_ref(), &emitting, scene_radius),
+        let wavelengths = match integrator {
+            // A distance is the same at all wavelengths, whatever shines on what is there.
+            Integrator::Depth => self.wavelengths(&responses, &[], None, &[], scene_radius),
+            Integrator::Path | Integrator::Walk => {
+                self.wavelengths(&responses, &lights, environment.as_ref(), &emitting, scene_radius)
+            }
         };
+        let lights_move = !moving_lights.is_empty() || camera.is_moving();
         let choice = light::Setting { during, density: &wavelengths };
         let mut lights = Lights::new(lights, environment, moving_lights, &choice);
         lights.set_facets(|light| {
             let shape = surfaces.iter().position(|surface| surface.light == Some(light as u32));
             shape.map_or(NO_FACET, |shape| accel.facet_of(shape as u32, 0))
         });
-        let limits = Limits {
-            max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
-            rr_depth: description.integrator.rr_depth,
-            hide_emitters: description.integrator.hide_emitters,
-            null_is_a_segment: !volumetric,
-            techniques: description.integrator.techniques,
-            aims_at_lamps: lights.can_aim(),
-            // A path through media that scatter is so long that a second one costs more than it brings.
-            splits_at_glass: !scattering,
-            coverage: match description.integrator.kind {
-                IntegratorKind::Direct => Coverage::Surface,
-                _ => Coverage::Obstacle,
-            },
-        };
-        let integrator = match description.integrator.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
-            IntegratorKind::Walk => Integrator::Walk,
-            IntegratorKind::Depth => Integrator::Depth,
-        };
+
+        // What of the renderer is asked for.
+        let limits = self.limits(&lights, scattering);
         let has_nulls = surfaces.iter().any(|surface| surface.null_transmission);
         // Light samples then compete with paths that pass the same surfaces.
         let passes_nulls = !scattering && limits.techniques == Techniques::Both && limits.max_depth > 2;
@@ -272,11 +205,14 @@ impl Compiler<'_> {
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(Material::is_rough),
             choices: materials.iter().any(Material::chooses),
-            transparent_shadows: has_nulls && (volumetric || passes_nulls),
+            transparent_shadows: has_nulls && (!limits.null_is_a_segment || passes_nulls),
             textures: surfaces.iter().any(|surface| surface.parametrised),
             caustics: false,
             visible_lamps: false,
         };
+        for shape in one_way {
+            surfaces[shape].specular = Specular::Nothing;
+        }
         let setting = light_tracing::Setting {
             groups: &groups,
             shift: &shift,
@@ -294,9 +230,6 @@ impl Compiler<'_> {
             range: self.options.range,
             film: film.extent,
         };
-        for shape in one_way {
-            surfaces[shape].specular = Specular::Nothing;
-        }
         let light_tracing = match integrator {
             // A pixel has no samples of its own of the light that subpaths bring.
             // Nor do they know of what scatters them between surfaces.
@@ -306,18 +239,14 @@ impl Compiler<'_> {
         features.caustics = light_tracing.as_ref().is_some_and(|tracing| tracing.caustics.is_some());
         features.visible_lamps =
             light_tracing.as_ref().is_some_and(|tracing| tracing.visible_lamps.is_some());
-        let reference_radiance = match integrator {
-            Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
+
+        let eyes = camera.origins(during);
+        let (reference_radiance, warnings) = match integrator {
+            Integrator::Depth => (accel.bounds().union(eyes).diameter(), Vec::new()),
             Integrator::Path | Integrator::Walk => {
-                let eyes = camera.origins(during);
                 let lit = lights::Lit { accel: &accel, eyes, scene_radius, time: shutter.time(0.5) };
-                self.reference(&film, &lights, &emitting, &lit)
-            }
-        };
-        let warnings = match integrator {
-            Integrator::Depth => Vec::new(),
-            Integrator::Path | Integrator::Walk => {
-                self.dark(reference_radiance, &lights).into_iter().collect()
+                let reference = self.reference(&film, &lights, &emitting, &lit);
+                (reference, self.dark(reference, &lights).into_iter().collect())
             }
         };
         Ok(Scene {
@@ -347,6 +276,145 @@ impl Compiler<'_> {
             media,
             camera_medium,
         })
+    }
+
+    /// What the file states, once all of it can be made.
+    fn stated(&mut self) -> Result<Stated<'a>, SceneErrors> {
+        let groups = self.groups();
+        let shift = Transform::translation(-groups::centre(groups.scene_bounds()));
+        self.shift = shift;
+        let mut materials = MaterialCompiler::new(self.options.range, shift);
+        let (shapes, mut surfaces, mut lights) = self.surfaces(&groups, &mut materials);
+        let (environment, moving_lights) = self.other_lights(&mut lights, &shift);
+        let medium = self.description.sensor.medium.as_ref();
+        let camera_medium =
+            medium.and_then(|medium| materials.medium(medium).map_err(|error| self.errors.push(error)).ok());
+        self.errors.extend(materials.unreachable_media());
+        if self.description.integrator.kind == IntegratorKind::Walk {
+            self.refuse_lights_that_a_walk_misses();
+        }
+        if self.errors.is_empty() {
+            self.join_bodies(&groups, &materials, &mut surfaces);
+        }
+        let film = self.film();
+        self.check()?;
+        Ok(Stated {
+            groups,
+            materials,
+            shapes,
+            surfaces,
+            lights,
+            environment,
+            moving_lights,
+            camera_medium,
+            film,
+        })
+    }
+
+    /// The groups of shapes, with what of them can't be shown.
+    fn groups(&mut self) -> Groups<'a> {
+        let mut groups = Groups::new(self.description);
+        self.errors = groups.errors();
+        if let Some(place) = groups.beyond_numbers() {
+            let problem = "the scene shows more instances than hits can tell apart";
+            let expected =
+                format!("fewer than {MOST_INSTANCES}, those within groups counted as often as shown");
+            let error = SceneError::at(place, problem, expected);
+            self.errors
+                .push(error.with_remedy("put more shapes into the innermost group, and show it less often"));
+        }
+        groups
+    }
+
+    /// The shapes, their surfaces, and the lights that some of these are. What cannot be made is left out.
+    fn surfaces(
+        &mut self,
+        groups: &Groups<'_>,
+        materials: &mut MaterialCompiler,
+    ) -> (Vec<Shape>, Vec<Surface>, Vec<Light>) {
+        let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
+        for Traced { shape, to_traced, flip_normals, part, carried } in groups.shapes(&self.shift) {
+            let geometry =
+                shapes::place(shape, &to_traced, flip_normals, part).and_then(shapes::within_reach);
+            let Some(geometry) = self.keep(&shape.place, geometry) else { continue };
+            if part {
+                self.refuse_open(shape, &geometry);
+            }
+            let surface = match materials.surface(shape, &geometry, part) {
+                Ok(surface) => surface,
+                Err(error) => {
+                    self.errors.push(error);
+                    continue;
+                }
+            };
+            self.check_attributes(shape, &geometry, &materials.materials.attributes(surface.material));
+            let light = match &shape.emission {
+                None => None,
+                Some(source) => {
+                    let light = self.area_light(&geometry, carried, source);
+                    if let Light::Area { radiance, .. } = &light {
+                        self.check_attributes(shape, &geometry, &radiance.attributes());
+                    }
+                    lights.push(light);
+                    Some(lights.len() as u32 - 1)
+                }
+            };
+            shapes.push(geometry);
+            let textured = light.is_some_and(|light| lights[light as usize].is_textured());
+            let part = part && surfaces.len() < groups.own();
+            let parametrised = surface.parametrised || textured;
+            surfaces.push(Surface { light, part, parametrised, ..surface });
+        }
+        (shapes, surfaces, lights)
+    }
+
+    /// What rays are traced through, and the solids in it.
+    fn accel(
+        &mut self,
+        groups: &Groups<'_>,
+        shapes: &[Shape],
+    ) -> Result<(Accel, Vec<Assembled>), SceneErrors> {
+        groups.accel(shapes, &self.shift).map_err(|places| {
+            for place in places {
+                self.cannot_be_made(place, &ShapeError::Placement);
+            }
+            self.failure()
+        })
+    }
+
+    fn integrator(&self) -> Integrator {
+        match self.description.integrator.kind {
+            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
+            IntegratorKind::Walk => Integrator::Walk,
+            IntegratorKind::Depth => Integrator::Depth,
+        }
+    }
+
+    fn limits(&self, lights: &Lights, scattering: bool) -> Limits {
+        let stated = &self.description.integrator;
+        Limits {
+            max_depth: stated.max_depth.unwrap_or(u32::MAX),
+            rr_depth: stated.rr_depth,
+            hide_emitters: stated.hide_emitters,
+            null_is_a_segment: stated.kind != IntegratorKind::VolPath,
+            techniques: stated.techniques,
+            aims_at_lamps: lights.can_aim(),
+            // A path through media that scatter is so long that a second one costs more than it brings.
+            splits_at_glass: !scattering,
+            coverage: match stated.kind {
+                IntegratorKind::Direct => Coverage::Surface,
+                _ => Coverage::Obstacle,
+            },
+        }
+    }
+
+    /// Whether nothing has been found wrong so far.
+    fn check(&mut self) -> Result<(), SceneErrors> {
+        if self.errors.is_empty() { Ok(()) } else { Err(self.failure()) }
+    }
+
+    fn failure(&mut self) -> SceneErrors {
+        SceneErrors { sources: self.description.sources.clone(), errors: std::mem::take(&mut self.errors) }
     }
 
     /// Where no light has a wavelength that the sensor responds to.
@@ -453,5 +521,17 @@ impl Compiler<'_> {
             format!("this shape cannot be made: {error}"),
             "a shape of finite size that is not flattened by its transform, and not too far from the others",
         ));
+    }
+}
+
+/// Tells lights that are parts of solids of these.
+fn make_parts(groups: &Groups<'_>, solids: &[Assembled], surfaces: &[Surface], lights: &mut [Light]) {
+    for (Assembled { solid, moves }, parts) in solids.iter().zip(groups.solids()) {
+        for part in parts {
+            let light = surfaces[part].light.map(|light| &mut lights[light as usize]);
+            if let Some(Light::Area { geometry, .. }) = light {
+                geometry.is_part(solid.clone(), part as u32, *moves);
+            }
+        }
     }
 }
