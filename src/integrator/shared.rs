@@ -240,6 +240,63 @@ fn first_surfaces<const C: usize>(
     alpha_hit
 }
 
+/// What comes from beyond the scene in the direction in which an owner scatters: its number, the radiance,
+/// and the density with which light samples look there.
+type Beyond<const C: usize> = (usize, Sampled<C>, f64);
+
+/// What scattering at first surfaces has led to.
+struct NextMet {
+    /// The rays to the next surfaces.
+    rays: Rays,
+    /// Those that meet none.
+    gone: Mask,
+    /// Those that meet a light from its front.
+    lit: Mask,
+}
+
+/// Scatters paths at their first surfaces, and follows them to the next ones. Those that do not share there
+/// are followed to their ends.
+fn meet_next<'a, const C: usize>(
+    firsts: &Firsts<'a, C>,
+    bundle: &mut Bundle<'a, C>,
+    surfaces: &mut Surfaces<C>,
+) -> NextMet {
+    let scene = firsts.scene;
+    bundle.arriving = SampledLanes::ZERO;
+    let scatters = firsts.surfaces.sample(&bundle.draw(Dimensions::Scattering(0)), bundle.alive);
+    bundle.end_absorbed(&scatters);
+    for (lane, scatter) in &scatters.apart {
+        let light = bundle.follow_single(firsts.surfaces, *lane, scatter);
+        bundle.arrives(*lane, light);
+    }
+    bundle.leave(firsts.surfaces, &scatters);
+    bundle.advance(&mut surfaces.hits);
+    let (rays, gone) = (bundle.rays.clone(), bundle.alive & !surfaces.hits.met);
+    bundle.end(PathEnd::Escaped, gone);
+    bundle.alive &= !gone;
+    let faces = |&lane: &usize| {
+        let normal = surfaces.hits.point[lane / WIDTH].get(lane).normal;
+        rays.direction[lane / WIDTH].get(lane).dot(normal) < 0.0
+    };
+    let on_light = lanes_of(surfaces.hits.on_light & bundle.alive);
+    let lit = mask_of(on_light.filter(faces));
+    let is_last = bundle.is_last();
+    if !is_last || scene.goes_on_past_last() {
+        bundle.shade(surfaces);
+        for lane in lanes_of(surfaces.others & bundle.alive) {
+            let is_turning = surfaces.shading(lane).is_some_and(|shading| shading.turns_with_eye());
+            if is_last || is_turning || !surfaces.shares(lane) {
+                let (light, _) = bundle.go_on_alone(surfaces, lane);
+                bundle.arrives(lane, light);
+            }
+        }
+    }
+    if is_last {
+        bundle.stop();
+    }
+    NextMet { rays, gone, lit }
+}
+
 /// What a group shares of one sample.
 struct SharedSample<'a, const C: usize> {
     number: usize,
@@ -277,60 +334,57 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         suffixes: &mut Vec<Bundle<'a, C>>,
         told: &mut impl FnMut(usize, &SampledLanes<C>),
     ) {
-        let firsts = self.firsts;
-        let scene = firsts.scene;
-        suffixes.push(firsts.bundle.clone());
+        suffixes.push(self.firsts.bundle.clone());
         let Some(bundle) = suffixes.last_mut() else { return };
-        bundle.arriving = SampledLanes::ZERO;
-        let scatters = firsts.surfaces.sample(&bundle.draw(Dimensions::Scattering(0)), bundle.alive);
-        bundle.end_absorbed(&scatters);
-        for (lane, scatter) in &scatters.apart {
-            let light = bundle.follow_single(firsts.surfaces, *lane, scatter);
-            bundle.arrives(*lane, light);
-        }
-        bundle.leave(firsts.surfaces, &scatters);
         let Scratch { surfaces, samples } = scratch;
-        bundle.advance(&mut surfaces.hits);
-        let (rays, gone) = (bundle.rays.clone(), bundle.alive & !surfaces.hits.met);
-        bundle.end(PathEnd::Escaped, gone);
-        bundle.alive &= !gone;
-        let faces = |&lane: &usize| {
-            let normal = surfaces.hits.point[lane / WIDTH].get(lane).normal;
-            rays.direction[lane / WIDTH].get(lane).dot(normal) < 0.0
-        };
-        let on_light = lanes_of(surfaces.hits.on_light & bundle.alive);
-        let lit = mask_of(on_light.filter(faces));
-        let is_last = bundle.is_last();
-        if !is_last || scene.goes_on_past_last() {
-            bundle.shade(surfaces);
-            for lane in lanes_of(surfaces.others & bundle.alive) {
-                let is_turning = surfaces.shading(lane).is_some_and(|shading| shading.turns_with_eye());
-                if is_last || is_turning || !surfaces.shares(lane) {
-                    let (light, _) = bundle.go_on_alone(surfaces, lane);
-                    bundle.arrives(lane, light);
-                }
-            }
-        }
-        if is_last {
-            bundle.stop();
-        }
+        let NextMet { rays, gone, lit } = meet_next(self.firsts, bundle, surfaces);
         let beyond = self.beyond(gone, &rays);
-        let mut owners = mask_of(beyond.iter().map(|&(owner, ..)| owner));
-        for &(owner, ..) in &beyond {
+        self.link(&beyond, lit | bundle.alive, &rays, surfaces);
+        self.share_emission(&beyond, lit, surfaces, told);
+        if bundle.is_last() {
+            self.own.add(&bundle.arriving);
+            suffixes.truncate(suffixes.len() - 1);
+            return;
+        }
+        let priors = self.priors(bundle);
+        self.light(bundle, surfaces, &priors, samples, spare, told);
+        self.begin_suffixes(bundle, surfaces, &priors, spare);
+        self.own.add(&bundle.arriving);
+        bundle.arriving = SampledLanes::ZERO;
+    }
+
+    /// Finds which first surfaces see which next ones, by the owners of these, and which see out of the scene
+    /// along which rays.
+    fn link(&mut self, beyond: &[Beyond<C>], next: Mask, rays: &Rays, surfaces: &Surfaces<C>) {
+        let firsts = self.firsts;
+        for &(owner, ..) in beyond {
             firsts.aim_beyond(owner, rays.get(owner).direction, &mut self.links[owner]);
         }
-        for owner in lanes_of(lit | bundle.alive) {
+        for owner in lanes_of(next) {
             let point = surfaces.hits.point[owner / WIDTH].get(owner);
             let direction = rays.direction[owner / WIDTH].get(owner);
             let shading_normal = surfaces.hits.shading_normal[owner / WIDTH].get(owner);
             let facet = get(surfaces.hits.facet(), owner);
             firsts.aim(&Next { owner, direction, point, shading_normal, facet }, &mut self.links[owner]);
-            owners |= 1 << owner;
         }
+        let owners = next | mask_of(beyond.iter().map(|&(owner, ..)| owner));
         firsts.hide(self.links, owners);
         lanes_of(owners).for_each(|owner| firsts.weigh(&mut self.links[owner]));
+    }
+
+    /// Gives each first surface what comes along the links from beyond the scene, and from the next surfaces
+    /// that are lit: those that emit toward the path that met them.
+    fn share_emission(
+        &mut self,
+        beyond: &[Beyond<C>],
+        lit: Mask,
+        surfaces: &Surfaces<C>,
+        told: &mut impl FnMut(usize, &SampledLanes<C>),
+    ) {
+        let firsts = self.firsts;
+        let scene = firsts.scene;
         let probability = if beyond.is_empty() { ZERO } else { self.environment_probabilities() };
-        for (owner, radiance, density) in &beyond {
+        for (owner, radiance, density) in beyond {
             let by_light = probability.map(|probability| Register::splat(*density) * probability);
             self.share_environment(*owner, radiance, &by_light);
             told(*owner, &self.shared);
@@ -344,14 +398,13 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             share_light(firsts, links, &radiance, &mut self.shared, &by_light);
             told(owner, &self.shared);
         }
-        if is_last {
-            self.own.add(&bundle.arriving);
-            suffixes.truncate(suffixes.len() - 1);
-            return;
-        }
-        let mut priors: SmallVec<[(usize, Sampled<C>); LANES]> = SmallVec::new();
+    }
+
+    /// The next surfaces by their owners, with their densities over all first surfaces. Paths end at those
+    /// that have none.
+    fn priors(&self, bundle: &mut Bundle<C>) -> SmallVec<[(usize, Sampled<C>); LANES]> {
+        let mut priors = SmallVec::new();
         for owner in lanes_of(bundle.alive) {
-            // The density of the next surface, over all first surfaces.
             let prior = self.links[owner].density.sum();
             if prior.hero() > 0.0 {
                 priors.push((owner, prior));
@@ -360,15 +413,12 @@ impl<'a, const C: usize> SharedSample<'a, C> {
                 bundle.alive &= !(1 << owner);
             }
         }
-        self.light(bundle, surfaces, &priors, samples, spare, told);
-        self.begin_suffixes(bundle, surfaces, &priors, spare);
-        self.own.add(&bundle.arriving);
-        bundle.arriving = SampledLanes::ZERO;
+        priors
     }
 
     /// What comes from beyond the scene along the rays that meet no surface, where anything does, with the
     /// density of light samples there.
-    fn beyond(&self, gone: Mask, rays: &Rays) -> SmallVec<[(usize, Sampled<C>, f64); LANES]> {
+    fn beyond(&self, gone: Mask, rays: &Rays) -> SmallVec<[Beyond<C>; LANES]> {
         let Some(environment) = self.firsts.scene.lights.environment() else { return SmallVec::new() };
         let seen = environment.seen_in_lanes(&rays.direction, gone, |_| self.firsts.wavelengths());
         let of_owner = |owner: usize| (owner, seen.radiance.get(owner), get(&seen.density, owner));

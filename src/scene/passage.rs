@@ -1,5 +1,6 @@
 //! Transmittance between two points: through media, and through surfaces with null transmission.
 
+use super::Intersection;
 use super::coincident::{InterfaceEvent, Onward};
 use super::counting::RayKind;
 use super::scene::{Role, Scene};
@@ -80,15 +81,7 @@ impl Scene {
         let none = Passage { transmittance: Sampled::ZERO, flown: Sampled::ZERO };
         let mut passage = Passage { transmittance: Sampled::ONE, flown: Sampled::ONE };
         let within = |passage: &mut Passage<C>, media: &MediumStack, segment: &Ray| {
-            if !self.features.absorption {
-                return;
-            }
-            let Some(medium) = self.medium(media) else { return };
-            let part = transmittance(medium, segment, wavelengths);
-            passage.transmittance *= part;
-            if medium.scattering.is_some() {
-                passage.flown *= part;
-            }
+            passage.attenuate(self, media, segment, wavelengths);
         };
         if crossings == 0 && !self.features.interface_events() {
             if self.occluded(kind.begins(), ray, time) {
@@ -119,16 +112,7 @@ impl Scene {
                     crossings -= 1;
                     // Light passes a mere boundary of media as it is.
                     if surface.role != Role::Null {
-                        let exterior = self.exterior(&hit, &media);
-                        let at = self.shading_point(&hit);
-                        let toward_eye = -ray.direction;
-                        passage.transmittance *= self.materials.null_transmittance(
-                            surface.material,
-                            &at,
-                            toward_eye,
-                            &wavelengths.nm,
-                            exterior,
-                        );
+                        passage.transmittance *= self.null_transmittance(&hit, &ray, &media, wavelengths);
                         if passage.transmittance.is_zero() {
                             return none;
                         }
@@ -146,6 +130,35 @@ impl Scene {
         }
         within(&mut passage, &media.here, &ray);
         passage
+    }
+
+    /// Null transmittance of a surface that a ray has met within some media.
+    fn null_transmittance<const C: usize>(
+        &self,
+        hit: &Intersection,
+        ray: &Ray,
+        media: &Media,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let (material, at) = (self.surface(hit).material, self.shading_point(hit));
+        let exterior = self.exterior(hit, media);
+        self.materials.null_transmittance(material, &at, -ray.direction, &wavelengths.nm, exterior)
+    }
+}
+
+impl<const C: usize> Passage<C> {
+    /// On through the medium that surrounds a segment, if there is one.
+    #[inline(always)]
+    fn attenuate(&mut self, scene: &Scene, media: &MediumStack, segment: &Ray, wavelengths: &Wavelengths<C>) {
+        if !scene.features.absorption {
+            return;
+        }
+        let Some(medium) = scene.medium(media) else { return };
+        let part = transmittance(medium, segment, wavelengths);
+        self.transmittance *= part;
+        if medium.scattering.is_some() {
+            self.flown *= part;
+        }
     }
 }
 
