@@ -39,6 +39,7 @@
 //! And where the shading normal is not the geometric one, beams of equal power differ in width on the two
 //! sides (Veach 1997, section 5.3).
 
+use super::light_subpaths::{Splat, Start, segment_to_lens};
 use super::weights::{late_survival, power_heuristic};
 use crate::bsdf::Scatter;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
@@ -47,7 +48,7 @@ use crate::material::Shading;
 use crate::medium::Media;
 use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Intersection, RayKind, Scene};
-use crate::spectrum::{Sampled, Spectrum, Wavelengths};
+use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::SmallVec;
 use std::ops::Range;
 
@@ -88,28 +89,16 @@ impl Caustics {
     }
 }
 
-/// What a light subpath brings to the film.
-#[derive(Clone, Copy, Debug)]
-pub struct Splat<'a, const C: usize> {
-    /// Where, in pixels from the corner of the whole film.
-    pub film: [f64; 2],
-    /// Spectral radiance × pixels, one estimate for each wavelength, as [`super::radiance`] gives them.
-    pub radiance: Sampled<C>,
-    /// The wavelengths of the light subpath.
-    pub wavelengths: Wavelengths<C>,
-    /// The sensor's.
-    pub response: Option<&'a Spectrum>,
-}
-
 /// Traces a light subpath over smooth surfaces to a diffuse one, and on. Each diffuse surface that it meets
 /// makes a splat.
 pub(super) fn light_subpath<'a, const C: usize>(
     scene: &'a Scene,
     caustics: &Caustics,
+    start: &Start<C>,
     stream: &Stream,
     splat: &mut impl FnMut(Splat<'a, C>),
 ) {
-    let Some(subpath) = LightSubpath::begin(scene, caustics, stream) else { return };
+    let Some(subpath) = LightSubpath::begin(scene, caustics, start) else { return };
     let mut branches = SmallVec::new();
     subpath.follow(scene, caustics, stream, &mut branches, splat);
     while let Some(branch) = branches.pop() {
@@ -150,11 +139,8 @@ fn splat_from<'a, const C: usize>(
 ) -> Option<Splat<'a, C>> {
     let LightSubpath { ray, power, ratio, media, wavelengths, time, .. } = subpath;
     let seen = scene.camera.project(hit.point.position, lens, *time)?;
-    let last = hit.point.segment_to(&seen.end())?;
     // Before all that is only asked for where the surface is in view.
-    if scene.is_occluded(&last, *time, RayKind::LightTracing) {
-        return None;
-    }
+    let last = segment_to_lens(scene, &hit.point, &seen, *time)?;
     let mut shading = scene.shade(hit, seen.toward_lens, media, wavelengths, choice);
     // Paths from the camera follow a coat's mirror reflection apart, so their density is that of the base.
     shading.take_mirror();
@@ -227,16 +213,13 @@ impl Beginning {
 }
 
 impl<const C: usize> LightSubpath<C> {
-    fn begin(scene: &Scene, caustics: &Caustics, stream: &Stream) -> Option<Self> {
-        let [x, y, wavelength, time] = stream.draw(Dimensions::Camera);
-        let [u, v, cone, light] = stream.draw(Dimensions::Lens);
-        let time = scene.shutter.time(time);
-        let wavelengths = scene.wavelengths.sample::<C>(wavelength);
-        let (chosen, probability) = caustics.choose(light);
+    fn begin(scene: &Scene, caustics: &Caustics, start: &Start<C>) -> Option<Self> {
+        let &Start { time, wavelengths, source, place, onward, body } = start;
+        let (chosen, probability) = caustics.choose(source);
         let (ray, power, origin) = match chosen {
             Origin::Surface { light, .. } => {
-                let start = scene.lights.emit(light, [x, y], time, &wavelengths.nm)?;
-                let (toward, density) = caustics.aim_from(&start.point)?.sample(cone, [u, v])?;
+                let start = scene.lights.emit(light, place, time, &wavelengths.nm)?;
+                let (toward, density) = caustics.aim_from(&start.point)?.sample(body, onward)?;
                 let cos = toward.dot(start.point.normal);
                 let power = start.radiance * (cos / (probability * start.density * density));
                 let origin = Beginning::Surface { light, start: start.point, toward };
@@ -245,8 +228,8 @@ impl<const C: usize> LightSubpath<C> {
             Origin::Environment => {
                 let environment = scene.lights.environment()?;
                 let (direction, density, radiance) =
-                    environment.sample_radiance([x, y], Vec3::ZERO, &wavelengths.nm)?;
-                let (ray, per_area) = caustics.ray_along(-direction, cone, [u, v])?;
+                    environment.sample_radiance(place, Vec3::ZERO, &wavelengths.nm)?;
+                let (ray, per_area) = caustics.ray_along(-direction, body, onward)?;
                 let power = radiance / (probability * density * per_area);
                 (ray, power, Beginning::Environment { direction, density, place: ray.origin })
             }

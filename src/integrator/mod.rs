@@ -4,6 +4,7 @@ mod branches;
 mod bundle;
 mod caustics;
 mod contributions;
+mod light_subpaths;
 mod links;
 mod metals;
 mod observe;
@@ -17,14 +18,13 @@ mod walk;
 mod weights;
 
 use crate::geometry::Ray;
-use crate::light::LightTracing;
 use crate::sampling::Stream;
 use crate::scene::{Coverage, Integrator, Limits, RayKind, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-pub use caustics::Splat;
+pub use light_subpaths::{Splat, light_subpath};
 use observe::Record;
 pub use observe::{RecordedStep, Step};
 pub use plan::{Plan, Sharing};
@@ -147,21 +147,6 @@ pub fn radiance_told<const C: usize>(
     let record = Record::default();
     let sample = path::observed_radiance(scene, ray, time, wavelengths, stream, record.clone());
     (sample, record.into_steps())
-}
-
-/// Traces a light subpath, and tells of what it brings to the film.
-pub fn light_subpath<'a, const C: usize>(
-    scene: &'a Scene,
-    light_tracing: &LightTracing,
-    stream: &Stream,
-    splat: &mut impl FnMut(Splat<'a, C>),
-) {
-    if let Some(visible_lamps) = &light_tracing.visible_lamps {
-        visible_lamps::splat(scene, visible_lamps, stream).map(&mut *splat);
-    }
-    if let Some(caustics) = &light_tracing.caustics {
-        caustics::light_subpath(scene, caustics, stream, splat);
-    }
 }
 
 fn depth<const C: usize>(scene: &Scene, ray: &Ray, time: f64) -> RadianceSample<C> {

@@ -16,12 +16,11 @@
 //!
 //! N light subpaths for one sample of each pixel, and ν(x) pixels per area of the lamp.
 
-use super::caustics::Splat;
+use super::light_subpaths::{Splat, Start, segment_to_lens};
 use super::weights::power_heuristic;
 use crate::geometry::SurfacePoint;
 use crate::light::VisibleLamps;
-use crate::sampling::{Dimensions, Stream};
-use crate::scene::{RayKind, Scene};
+use crate::scene::Scene;
 
 impl VisibleLamps {
     /// The weight, beside light subpaths, of a camera ray that meets a lamp at a point.
@@ -50,22 +49,16 @@ fn pixels_per_area(scene: &Scene, point: &SurfacePoint, time: f64) -> f64 {
 pub(super) fn splat<'a, const C: usize>(
     scene: &'a Scene,
     lamps: &VisibleLamps,
-    stream: &Stream,
+    start: &Start<C>,
 ) -> Option<Splat<'a, C>> {
-    let [x, y, wavelength, time] = stream.draw(Dimensions::Camera);
-    let [lens_x, lens_y, _, lamp] = stream.draw(Dimensions::Lens);
-    let time = scene.shutter.time(time);
-    let wavelengths = scene.wavelengths.sample::<C>(wavelength);
-    let (light, probability) = lamps.choose(lamp)?;
-    let start = scene.lights.emit(light, [x, y], time, &wavelengths.nm)?;
-    let seen = scene.camera.project(start.point.position, [lens_x, lens_y], time)?;
+    let &Start { time, wavelengths, source, place, onward, .. } = start;
+    let (light, probability) = lamps.choose(source)?;
+    let start = scene.lights.emit(light, place, time, &wavelengths.nm)?;
+    let seen = scene.camera.project(start.point.position, onward, time)?;
     if seen.toward_lens.dot(start.point.normal) <= 0.0 {
         return None;
     }
-    let segment = start.point.segment_to(&seen.end())?;
-    if scene.is_occluded(&segment, time, RayKind::LightTracing) {
-        return None;
-    }
+    segment_to_lens(scene, &start.point, &seen, time)?;
     let weight = 1.0 - lamps.camera_weight(scene, light, &start.point, time);
     let density = probability * start.density;
     let scale = weight * seen.pixels_per_area(start.point.normal) / (density * C as f64);
