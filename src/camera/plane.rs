@@ -71,6 +71,7 @@ impl SensorPlane {
 mod tests {
     use super::*;
     use crate::geometry::Transform;
+    use crate::sampling::quadrature::midpoints;
 
     /// A sky of radiance 1 over the disk: E = π/2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the
     /// distance ρ from the axis (Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, B-13).
@@ -81,11 +82,7 @@ mod tests {
             let plane = SensorPlane::new(placed.clone(), [40.0, 20.0], 4.0, Stop { radius, distance });
             for film in [[20.0, 10.0], [0.0, 0.0], [31.0, 13.0]] {
                 const N: usize = 400;
-                let mean = (0..N * N)
-                    .map(|i| [i % N, i / N].map(|k| (k as f64 + 0.5) / N as f64))
-                    .map(|u| plane.ray(film, u, 0.0).1)
-                    .sum::<f64>()
-                    / (N * N) as f64;
+                let mean = midpoints(N).map(|u| plane.ray(film, u, 0.0).1).sum::<f64>() / (N * N) as f64;
                 let off_axis = (0.1 * (film[0] - 20.0_f64)).hypot(0.1 * (film[1] - 10.0));
                 let (z, rho, r) = (distance * distance, off_axis * off_axis, radius * radius);
                 let expected =

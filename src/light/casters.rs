@@ -294,6 +294,7 @@ impl Toward {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampling::quadrature::midpoints;
     use crate::stats::chi_square;
     use rand::Rng;
     use rand_pcg::Pcg64Mcg;
@@ -337,9 +338,9 @@ mod tests {
             }
             // By a grid of equal solid angles.
             const FINE: usize = 2000;
-            let covered = (0..FINE * FINE).filter(|i| {
-                let z = ((i / FINE) as f64 + 0.5) / FINE as f64 * 2.0 - 1.0;
-                let (sin, cos) = angle::sin_cos(TAU * ((i % FINE) as f64 + 0.5) / FINE as f64);
+            let covered = midpoints(FINE).filter(|[u, v]| {
+                let z = v * 2.0 - 1.0;
+                let (sin, cos) = angle::sin_cos(TAU * u);
                 let across = (1.0 - z * z).sqrt();
                 cones.iter().any(|cone| cone.holds(Vec3::new(across * cos, across * sin, z)))
             });
@@ -377,8 +378,8 @@ mod tests {
                 squares += 1.0 / (density * density);
             }
             let frame = Frame::around(direction);
-            let covered = (0..FINE * FINE).filter(|i| {
-                let [x, y] = [i % FINE, i / FINE].map(|k| 10.0 * ((k as f64 + 0.5) / FINE as f64 - 0.5));
+            let covered = midpoints(FINE).filter(|u| {
+                let [x, y] = u.map(|u| 10.0 * (u - 0.5));
                 casters.density_along(direction, frame.to_world(Vec3::new(x, y, 0.0))) > 0.0
             });
             let expected = 100.0 * covered.count() as f64 / (FINE * FINE) as f64;

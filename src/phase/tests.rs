@@ -1,4 +1,5 @@
 use super::*;
+use crate::sampling::quadrature::midpoints;
 use crate::spectrum::Spectrum;
 use crate::stats::{SphereCells, sidak, sphere_chi_square};
 use crate::units::WavelengthRange;
@@ -75,30 +76,20 @@ fn samples_invert_the_cumulated_density() {
 #[test]
 fn a_blend_chooses_by_its_weight() {
     let (_, blend, mean) = examples().pop().unwrap();
-    let n = 400u32;
-    let mut sum = 0.0;
-    for i in 0..n {
-        for j in 0..n {
-            let [u, choice] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n));
-            sum += blend.sample(Vec3::Z, Vec3::ZERO, &NM, [u, 0.1, choice]).direction.z;
-        }
-    }
-    assert!((sum / f64::from(n * n) - mean).abs() < 1e-4, "{sum}");
+    let cosine = |[u, choice]: [f64; 2]| blend.sample(Vec3::Z, Vec3::ZERO, &NM, [u, 0.1, choice]).direction.z;
+    let found = midpoints(400).map(cosine).sum::<f64>() / f64::from(400 * 400);
+    assert!((found - mean).abs() < 1e-4, "{found}");
 }
 
 /// Around any axis alike: the mean direction is the mean cosine along the way that light comes.
 #[test]
 fn directions_turn_about_the_way_that_light_comes() {
     let comes = Vec3::new(0.36, -0.48, 0.8);
-    let n = 256u32;
     let mut mean = Vec3::ZERO;
-    for i in 0..n {
-        for j in 0..n {
-            let [u, v] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n));
-            let sample = Phase::HenyeyGreenstein(0.6).sample(comes, Vec3::ZERO, &NM, [u, v, 0.5]);
-            assert!((sample.direction.length() - 1.0).abs() < 1e-12);
-            mean += sample.direction / f64::from(n * n);
-        }
+    for [u, v] in midpoints(256) {
+        let sample = Phase::HenyeyGreenstein(0.6).sample(comes, Vec3::ZERO, &NM, [u, v, 0.5]);
+        assert!((sample.direction.length() - 1.0).abs() < 1e-12);
+        mean += sample.direction / f64::from(256 * 256);
     }
     assert!((mean - comes * 0.6).length() < 1e-4, "{mean}");
 }

@@ -248,21 +248,19 @@ impl PiecewiseConstantGrid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampling::quadrature::midpoints;
 
     #[test]
     fn cells_are_met_as_often_as_their_probability_says() {
+        const N: usize = 200;
         let weights = [0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 4.0, 0.0, 2.0];
         let grid = PiecewiseConstantGrid::new(3, &weights).unwrap();
-        let n = 200;
         let mut seen = [0.0; 9];
-        for i in 0..n {
-            for j in 0..n {
-                let u = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n));
-                let ([x, y], probability) = grid.sample(u);
-                let cell = (x.min(2.999) as usize, y.min(2.999) as usize);
-                assert_eq!(probability, grid.probability(cell.0, cell.1));
-                seen[cell.1 * 3 + cell.0] += 1.0 / f64::from(n * n);
-            }
+        for u in midpoints(N) {
+            let ([x, y], probability) = grid.sample(u);
+            let cell = (x.min(2.999) as usize, y.min(2.999) as usize);
+            assert_eq!(probability, grid.probability(cell.0, cell.1));
+            seen[cell.1 * 3 + cell.0] += 1.0 / (N * N) as f64;
         }
         for (seen, weight) in seen.into_iter().zip(weights) {
             assert!((seen - weight / 10.0).abs() < 0.01, "{seen} {weight}");

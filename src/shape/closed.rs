@@ -3,6 +3,7 @@
 
 use super::{Mesh, Shape};
 use crate::geometry::{Ray, Vec3};
+use crate::sampling::quadrature::midpoints;
 
 impl Shape {
     /// Whether it is closed and its normals point outward, so that every line enters and leaves it by turns.
@@ -156,8 +157,7 @@ impl Shape {
     /// The largest error bound of a point on it, as far as a grid of points tells. Not a bound: it says how
     /// far to look.
     pub fn typical_error(&self) -> f64 {
-        let at = |i: u32| [(f64::from(i % 8) + 0.5) / 8.0, (f64::from(i / 8) + 0.5) / 8.0];
-        let errors = (0..64).filter_map(|i| Some(self.sample(at(i))?.surface.point.error));
+        let errors = midpoints(8).filter_map(|u| Some(self.sample(u)?.surface.point.error));
         errors.fold(0.0, f64::max)
     }
 }

@@ -13,6 +13,7 @@ use super::grid::{Change, GridSegment, Line, Pyramid, Signs, index, place};
 use super::placement::Placement;
 use super::{AreaSample, Hit, NO_INSTANCE, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use crate::sampling::quadrature::midpoints;
 use cell::{InCell, Within, gradient, interpolate, on_line};
 use std::sync::Arc;
 
@@ -259,8 +260,7 @@ impl SdfGrid {
             let cell = place(self.data.pyramid.size(), cell as usize);
             let corners = self.data.corners(cell);
             for axis in 0..3 {
-                for i in 0..LINES * LINES {
-                    let across = [i % LINES, i / LINES].map(|k| (k as f64 + 0.5) / LINES as f64);
+                for across in midpoints(LINES) {
                     let Some(at) = on_line(&corners, axis, across) else { continue };
                     let normal = gradient(&corners, at).normalize_or_zero();
                     sum += normal[axis].abs() * self.area_stretch(normal) / (LINES * LINES) as f64;

@@ -3,6 +3,7 @@
 use super::super::{Cylinder, Disk, Mesh, Shape, Sphere};
 use super::{all_shapes, by_random_lines, close, direction, unit_sphere};
 use crate::geometry::{Ray, SurfacePoint, Transform, Vec3};
+use crate::sampling::quadrature::midpoints;
 use crate::stress::count;
 use glam::DMat4;
 use rand::{RngExt, SeedableRng};
@@ -20,8 +21,7 @@ fn area_densities_integrate_to_one() {
             continue;
         }
         let mut mean = 0.0;
-        for i in 0..GRID * GRID {
-            let u = [i % GRID, i / GRID].map(|k| (k as f64 + 0.5) / GRID as f64);
+        for u in midpoints(GRID) {
             let sample = shape.sample(u).unwrap();
             let reported = shape.area_density(&sample.surface.point);
             assert!(close(reported / sample.density, 1.0, 1e-9), "{name}: {reported} {}", sample.density);
