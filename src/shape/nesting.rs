@@ -2,6 +2,7 @@
 
 use super::{Crossing, Crossings, Shape};
 use crate::geometry::Ray;
+use crate::sampling::quadrature::even_place;
 
 impl Shape {
     /// Whether the surfaces of two closed shapes cross, so that light that goes one way enters and leaves
@@ -15,7 +16,8 @@ impl Shape {
             return false;
         }
         let mut lines = (0..LINES).filter_map(|i| {
-            let [a, b, c, d] = place(i);
+            // Not the corner, where surfaces may have an edge.
+            let [a, b, c, d] = even_place(i).map(|u| (u + 0.5).fract());
             let ends = [self.sample([a, b])?, other.sample([c, d])?].map(|end| end.surface.point.position);
             Some(Ray::new(ends[0], (ends[1] - ends[0]).try_normalize()?))
         });
@@ -30,13 +32,6 @@ impl Shape {
 }
 
 const LINES: u32 = 1024;
-
-/// The i-th of places that fill the unit cube of four dimensions evenly: fractions of multiples of the powers
-/// of the generalised golden ratio, φ⁵ = φ + 1.
-fn place(i: u32) -> [f64; 4] {
-    const STEP: f64 = 1.0 / 1.167_303_978_261_418_7;
-    [1, 2, 3, 4].map(|power| (0.5 + f64::from(i) * STEP.powi(power)).fract())
-}
 
 /// Whether what a line passes through of two closed shapes is nested: it leaves first what it enters last.
 fn nest(one: &Crossings, other: &Crossings) -> bool {

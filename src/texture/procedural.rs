@@ -3,6 +3,7 @@
 use super::noise::Field;
 use super::{Pattern, Texture, TexturePoint};
 use crate::geometry::{UvTransform, Vec3};
+use crate::sampling::quadrature::even_place;
 use crate::spectrum::{Sampled, Spectrum};
 use crate::units::WavelengthRange;
 use glam::DAffine3;
@@ -124,12 +125,9 @@ impl Procedural {
     /// About the mean over space: of places spread evenly over a cube of many periods. No colour is left out.
     pub fn mean_spectrum(&self, range: WavelengthRange) -> Spectrum {
         const PLACES: u32 = 1024;
-        // The generalised golden ratio: fractions of multiples of its powers fill the cube evenly.
-        const GOLDEN: f64 = 1.220_744_084_605_759_5;
         let mut fractions = vec![1e-3; self.colours.len()];
         for i in 0..PLACES {
-            let fraction = |power: i32| (f64::from(i) * GOLDEN.powi(power)).fract();
-            let place = Vec3::new(fraction(-1), fraction(-2), fraction(-3)) * 64.0;
+            let place = Vec3::from_array(even_place(i)) * 64.0;
             let (index, fraction) = self.colour(self.field(place).value);
             fractions[index] += (1.0 - fraction) / f64::from(PLACES);
             if fraction > 0.0 {
