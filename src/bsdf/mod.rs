@@ -18,6 +18,7 @@ mod facets;
 pub mod fresnel;
 mod hair;
 mod lambert;
+mod measured;
 mod metal;
 pub mod microfacet;
 mod plastic;
@@ -32,6 +33,7 @@ pub use dielectric::{AIR_INDEX, Dielectric, DielectricTextures, Exterior};
 pub use facets::FacetReflection;
 pub use hair::{Fibre, Hair, HairTextures};
 pub use lambert::{DiffuseTransmitter, Lambert};
+pub use measured::{Measured, MeasuredTable, Symmetry};
 pub use metal::{EvenRoughMetal, Metal};
 pub use microfacet::{Beckmann, Ggx, Microfacets};
 pub use plastic::{DiffuseBase, Plastic, PlasticTextures};
@@ -82,6 +84,8 @@ pub enum Bsdf<const C: usize> {
     PrincipledThin(PrincipledThin<C>),
     /// A fibre of hair or fur.
     Hair(Hair<C>),
+    /// A surface whose reflection was measured.
+    Measured(Measured<C>),
 }
 
 impl<const C: usize> Bsdf<C> {
@@ -101,6 +105,7 @@ impl<const C: usize> Bsdf<C> {
             Bsdf::Principled(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::PrincipledThin(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::Hair(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::Measured(bsdf) => bsdf.evaluate(toward_eye, toward_light),
         }
     }
 
@@ -123,6 +128,7 @@ impl<const C: usize> Bsdf<C> {
             Bsdf::Principled(bsdf) => bsdf.sample(toward_eye, lobe, u),
             Bsdf::PrincipledThin(bsdf) => bsdf.sample(toward_eye, lobe, u),
             Bsdf::Hair(bsdf) => bsdf.sample(toward_eye, lobe, u),
+            Bsdf::Measured(bsdf) => bsdf.sample(toward_eye, u),
         }
     }
 
@@ -161,7 +167,8 @@ impl<const C: usize> Bsdf<C> {
             | Bsdf::RoughPlastic(_)
             | Bsdf::Principled(_)
             | Bsdf::PrincipledThin(_)
-            | Bsdf::Hair(_) => false,
+            | Bsdf::Hair(_)
+            | Bsdf::Measured(_) => false,
         }
     }
 
@@ -181,7 +188,8 @@ impl<const C: usize> Bsdf<C> {
             | Bsdf::Plastic(_)
             | Bsdf::RoughPlastic(_)
             | Bsdf::PrincipledThin(_)
-            | Bsdf::Hair(_) => None,
+            | Bsdf::Hair(_)
+            | Bsdf::Measured(_) => None,
         }
     }
 
@@ -193,7 +201,8 @@ impl<const C: usize> Bsdf<C> {
             | Bsdf::Conductor(_)
             | Bsdf::RoughConductor(_)
             | Bsdf::Plastic(_)
-            | Bsdf::RoughPlastic(_) => false,
+            | Bsdf::RoughPlastic(_)
+            | Bsdf::Measured(_) => false,
             Bsdf::Null
             | Bsdf::DiffuseTransmitter(_)
             | Bsdf::Dielectric(_)
@@ -260,6 +269,8 @@ pub enum BsdfTextures {
     PrincipledThin(Box<PrincipledThinTextures>),
     /// Hair or fur.
     Hair(HairTextures),
+    /// What was measured.
+    Measured(&'static MeasuredTable),
 }
 
 /// What a surface sends on in single directions, the same way forth and back. More is greater.
@@ -311,6 +322,10 @@ impl BsdfTextures {
             Self::Principled(principled) => principled.bsdf(at, nm),
             Self::PrincipledThin(thin) => thin.bsdf(at, nm),
             Self::Hair(hair) => hair.bsdf(at, nm),
+            Self::Measured(table) => {
+                let wavelengths = Sampled(*nm).map(|nm| table.wavelength(nm));
+                Bsdf::Measured(Measured { table, wavelengths })
+            }
         }
     }
 
@@ -332,7 +347,7 @@ impl BsdfTextures {
             Self::Principled(principled) => principled.all_textures(),
             Self::PrincipledThin(thin) => thin.all_textures(),
             Self::Hair(hair) => vec![&hair.absorption],
-            Self::Black | Self::Null => Vec::new(),
+            Self::Black | Self::Null | Self::Measured(_) => Vec::new(),
         }
     }
 
@@ -369,7 +384,7 @@ impl BsdfTextures {
     pub fn is_rough(&self) -> bool {
         match self {
             Self::Plastic(plastic) => plastic.coat.is_some(),
-            Self::Principled(_) | Self::PrincipledThin(_) | Self::Hair(_) => true,
+            Self::Principled(_) | Self::PrincipledThin(_) | Self::Hair(_) | Self::Measured(_) => true,
             _ => self.roughness().is_some(),
         }
     }
@@ -380,6 +395,7 @@ impl BsdfTextures {
             Self::Principled(principled) => principled.base.is_anisotropic(),
             Self::PrincipledThin(thin) => thin.base.is_anisotropic(),
             Self::Hair(_) => true,
+            Self::Measured(table) => !table.is_isotropic,
             _ => self.roughness().is_some_and(RoughnessTextures::is_anisotropic),
         }
     }

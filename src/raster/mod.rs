@@ -6,8 +6,10 @@
 mod exr;
 mod grid;
 mod pfm;
+mod tensors;
 
 pub use grid::Grid;
+pub use tensors::{Tensor, Tensors};
 
 use crate::spectrum::colour::srgb_decode;
 use crate::spectrum::upsample;

@@ -153,7 +153,7 @@ fn within<R: Real>([a, b, c, d]: [R; 4], [x, y]: [R; 2]) -> R {
 
 /// The place in [0, 1] up to which a fraction `u` of a linear density lies, by its values at both ends.
 #[inline(always)]
-fn linear<R: Real>(u: R, [from, to]: [R; 2]) -> R {
+pub(super) fn linear<R: Real>(u: R, [from, to]: [R; 2]) -> R {
     let (zero, all) = (R::of(0.0), from + to);
     let root = (from * from + u * (to - from) * all).greater(zero).sqrt();
     let below = from + root;

@@ -260,6 +260,7 @@ impl MaterialCompiler {
             BsdfKind::Hair { .. } => {
                 Material::Bsdf(hair::compiled(&bsdf.place, &bsdf.kind, self.range, &shift)?)
             }
+            BsdfKind::Measured(source) => Material::Bsdf(BsdfTextures::Measured(source.table)),
             BsdfKind::Null => Material::Bsdf(BsdfTextures::Null),
             BsdfKind::Mask { opacity, nested } => {
                 Material::Mask { opacity: number(opacity)?, nested: self.material(nested)? }

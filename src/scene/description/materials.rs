@@ -1,8 +1,10 @@
 //! BSDFs as a scene file says them.
 
 use super::spectra::{IndexSource, SpectrumSource};
+use crate::bsdf::MeasuredTable;
 use crate::bsdf::microfacet::Distribution;
 use crate::scene::source::Place;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// How a surface scatters.
@@ -120,6 +122,8 @@ pub enum BsdfKind {
         /// Angle of the scales to the surface, degrees.
         scale_tilt: f64,
     },
+    /// `measured`: reflects as it was measured (Dupuy and Jakob 2018).
+    Measured(MeasuredSource),
     /// Lets everything pass, as if there were no surface.
     Null,
     /// A surface with holes: light passes through the fraction 1 − `opacity`.
@@ -187,6 +191,7 @@ impl BsdfKind {
                 | Self::Principled { .. }
                 | Self::PrincipledThin { .. }
                 | Self::Hair { .. }
+                | Self::Measured(_)
                 | Self::Null => false,
             }
     }
@@ -202,7 +207,7 @@ impl BsdfKind {
             | Self::Null
             | Self::Mask { .. } => true,
             Self::Principled { base, .. } => base.spec_trans.constant() != Some(0.0),
-            Self::Diffuse { .. } | Self::Conductor { .. } | Self::Plastic { .. } => false,
+            Self::Diffuse { .. } | Self::Conductor { .. } | Self::Plastic { .. } | Self::Measured(_) => false,
             Self::Blend { nested, .. } => nested.iter().any(|nested| nested.kind.transmits()),
             Self::BumpMap { nested, .. } | Self::NormalMap { nested, .. } => nested.kind.transmits(),
             Self::TwoSided { front, back, .. } => {
@@ -210,6 +215,17 @@ impl BsdfKind {
             }
         }
     }
+}
+
+/// A file of measured reflection.
+#[derive(Clone, Debug)]
+pub struct MeasuredSource {
+    /// The file.
+    pub file: PathBuf,
+    /// What it holds.
+    pub table: &'static MeasuredTable,
+    /// Hash of its bytes.
+    pub content: u64,
 }
 
 /// What the inside of a fibre absorbs, per radius of the fibre.

@@ -12,8 +12,8 @@ mod spectra;
 pub use integrators::{Aov, AovKind, Integrator, IntegratorKind, Moments};
 pub use lights::{Light, LightKind};
 pub use materials::{
-    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, FibreAbsorption, MetalAssumption, NormalMapShading,
-    PrincipledBase, Roughness,
+    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, FibreAbsorption, MeasuredSource, MetalAssumption,
+    NormalMapShading, PrincipledBase, Roughness,
 };
 pub use media::{
     DensitySource, EmissionSource, ExponentialSource, FlakeMatrix, Medium, MediumContent, MieSource, Phase,

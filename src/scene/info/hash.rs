@@ -93,6 +93,12 @@ pub(in crate::scene) fn hash_of_patches(patches: &[ControlNet]) -> u64 {
     digest(patches.iter().flatten().flat_map(|point| point.to_array()).map(f64::to_bits))
 }
 
+/// Hash of the bytes of a file.
+pub(in crate::scene) fn hash_of_bytes(bytes: &[u8]) -> u64 {
+    let word = |chunk: &[u8]| chunk.iter().fold(0u64, |word, &byte| word << 8 | u64::from(byte));
+    digest(std::iter::once(bytes.len() as u64).chain(bytes.chunks(8).map(word)))
+}
+
 /// Hash of the content of a file of texels or cells.
 pub(in crate::scene) fn hash_of_values(shape: &[usize], values: &[f32]) -> u64 {
     let shape = shape.iter().map(|&size| size as u64);

@@ -5,7 +5,7 @@ mod hash;
 mod json;
 mod outline;
 
-pub(super) use hash::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
+pub(super) use hash::{hash_of_bytes, hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
 pub use json::json;
 pub use outline::outline;
 pub(super) use outline::text_of;

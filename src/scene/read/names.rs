@@ -51,7 +51,7 @@ pub(in crate::scene) fn mitsuba_plugins(class: Class) -> &'static [&'static str]
     match class {
         Class::Integrator => &["stokes", "time_gated_path", "volprim_rf_basic"],
         Class::Shape => &["ellipsoids", "ellipsoidsmesh", "blender"],
-        Class::Bsdf => &["circular", "measured", "measured_polarized", "polarizer", "pplastic", "retarder"],
+        Class::Bsdf => &["circular", "measured_polarized", "polarizer", "pplastic", "retarder"],
         Class::Emitter => &["timed_sunsky"],
         Class::Scene
         | Class::Sensor

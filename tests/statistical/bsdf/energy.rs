@@ -31,11 +31,11 @@ fn reciprocity() {
 }
 
 /// Mitsuba's thin glass cuts its transmitted lobe by a rule that is not the same when light runs backwards.
-/// In hair, tilt and index count for the eye's direction alone.
+/// In hair, tilt and index count for the eye's direction alone. Measurements have errors.
 fn is_one_way<const C: usize>(bsdf: &Bsdf<C>) -> bool {
     match bsdf {
         Bsdf::PrincipledThin(thin) => thin.base.spec_trans > 0.0,
-        Bsdf::Hair(_) => true,
+        Bsdf::Hair(_) | Bsdf::Measured(_) => true,
         _ => false,
     }
 }

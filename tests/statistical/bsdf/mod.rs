@@ -4,14 +4,15 @@ mod energy;
 mod hair;
 mod lanes;
 mod layered;
+mod measured;
 mod robust;
 
 use crate::common::stress;
 use abbe::bsdf::microfacet::Distribution;
 use abbe::bsdf::{
-    Albedo, Bsdf, Conductor, Dielectric, DiffuseBase, DiffuseTransmitter, Extent, Hair, Lambert, Microfacets,
-    Plastic, Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
-    Scatter, ThinDielectric,
+    Albedo, Bsdf, Conductor, Dielectric, DiffuseBase, DiffuseTransmitter, Extent, Hair, Lambert, Measured,
+    Microfacets, Plastic, Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric,
+    RoughPlastic, Scatter, ThinDielectric,
 };
 use abbe::geometry::Vec3;
 use abbe::sampling::Density;
@@ -122,6 +123,7 @@ fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
     }
     table.extend(layered::table());
     table.extend(hair::table());
+    table.extend(measured::table());
     table
 }
 
@@ -204,6 +206,7 @@ fn with_lanes<const C: usize, const D: usize>(
             albedo: b.albedo,
         }),
         Bsdf::Hair(b) => Bsdf::Hair(Hair { absorption: turn(b.absorption), fibre: b.fibre }),
+        Bsdf::Measured(b) => Bsdf::Measured(Measured { table: b.table, wavelengths: turn(b.wavelengths) }),
     }
 }
 

@@ -65,7 +65,7 @@ fn nothing_is_nan() {
                 specular_transmittance: lanes(&mut uniform, &share),
             };
             let reflectance = lanes(&mut uniform, &share);
-            let bsdf = match uniform.between(0.0, 15.0) as u32 {
+            let bsdf = match uniform.between(0.0, 16.0) as u32 {
                 0 => Bsdf::Lambert(Lambert { reflectance }),
                 1 => Bsdf::DiffuseTransmitter(DiffuseTransmitter {
                     reflectance,
@@ -75,6 +75,7 @@ fn nothing_is_nan() {
                 3 | 4 => Bsdf::RoughConductor(RoughConductor { facet: conductor, microfacets }),
                 5 => Bsdf::Dielectric(dielectric),
                 10..=13 => layered::random(&mut uniform, dielectric, reflectance),
+                15 => measured::random(&mut uniform),
                 14 => {
                     let absorption = lanes(&mut uniform, &absorption);
                     hair::random(&mut uniform, dielectric.eta.hero(), absorption)

@@ -2,6 +2,7 @@
 
 mod conductors;
 mod hair;
+mod measured;
 mod nesting;
 mod principled;
 mod roughness;
@@ -16,6 +17,7 @@ use crate::scene::read::{Class, ObjectId, Query, Reader};
 use crate::scene::source::{Place, SceneError};
 use crate::scene::write::{Node, Writer};
 use conductors::Metal;
+use measured::Measurement;
 use nesting::{Held, Map, Sides};
 use principled::{Base, RelativeIndex};
 use roughness::{Coat, Rough};
@@ -150,6 +152,10 @@ declare! {
         along: hair::roughness("longitudinal_roughness", "roughness along the fibre"),
         around: hair::roughness("azimuthal_roughness", "roughness around the fibre"),
         scale_tilt: hair::SCALE_TILT,
+    };
+    "measured", "reflects as it was measured, by direction and wavelength; black on its back"
+        => BsdfKind::Measured(source) {
+        source: Measurement,
     };
     "null", "lets everything pass, as if there were no surface" => BsdfKind::Null {} {};
     "diffusetransmitter" extension "Lambertian reflection and transmission"
