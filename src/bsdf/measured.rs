@@ -11,10 +11,11 @@ use std::sync::{Mutex, PoisonError};
 /// A surface whose reflection was measured. Black from below. Mitsuba's `measured`.
 ///
 /// The tables are those of Dupuy and Jakob, "An Adaptive Parameterization for Efficient Material Acquisition
-/// and Rendering" (ACM Transactions on Graphics 37, 2018). A normal m of a facet at the angle θ and the azimuth
-/// φ has the place (√(2 θ / π), (φ + π) / 2π) in the unit square. For each direction of the eye, a density over
-/// these places is about that of the visible normals. Sample values that are uniform in the unit square lead by
-/// it to m and to the direction of light, and for each sample value there is the measured spectrum.
+/// and Rendering" (ACM Transactions on Graphics 37, 2018). A normal m of a facet at the angle θ and the
+/// azimuth φ has the place (√(2 θ / π), (φ + π) / 2π) in the unit square. For each direction of the eye, a
+/// density over these places is about that of the visible normals. Sample values that are uniform in the unit
+/// square lead by it to m and to the direction of light, and for each sample value there is the measured
+/// spectrum.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured<const C: usize> {
     /// What was measured.
@@ -42,7 +43,7 @@ pub struct MeasuredTable {
     pub is_relative: bool,
     /// Whether azimuths of normals are counted from that of the eye.
     pub is_isotropic: bool,
-    /// Which part of all azimuths of the eye was measured, those from −π on; the surface looks the same in the
+    /// Which part of all azimuths of the eye was measured, from −π on; the surface looks the same in the
     /// others.
     pub symmetry: Symmetry,
 }

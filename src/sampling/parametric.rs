@@ -3,8 +3,9 @@
 use super::bilinear::linear;
 use smallvec::SmallVec;
 
-/// Functions of the unit square, bilinear between the points of a grid. There is one grid for each combination
-/// of the values at which N parameters were taken, and between these the functions are linear in each.
+/// Functions of the unit square, bilinear between the points of a grid. There is one grid for each
+/// combination of the values at which N parameters were taken, and between these the functions are linear in
+/// each.
 #[derive(Clone, Debug)]
 pub struct ParametricGrid<const N: usize> {
     /// The values of each parameter, ascending.
@@ -26,9 +27,9 @@ impl Around {
 }
 
 impl<const N: usize> ParametricGrid<N> {
-    /// From the values at the points: along x, along y, then along the axes from the last to the first. `None`
-    /// unless each axis ascends, a grid has two points or more along x and y, and there is a value for each
-    /// point, finite and not negative.
+    /// From the values at the points: along x, along y, then along the axes from the last to the first.
+    /// `None` unless each axis ascends, a grid has two points or more along x and y, and there is a value for
+    /// each point, finite and not negative.
     pub fn new(axes: [Vec<f64>; N], size: [usize; 2], values: Vec<f32>) -> Option<Self> {
         let ascends = |axis: &Vec<f64>| {
             !axis.is_empty()

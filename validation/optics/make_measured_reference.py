@@ -1,9 +1,10 @@
 """Write measured BSDFs and Mitsuba 3's values of them, the witnesses of tests/statistical/bsdf/measured.rs.
 
-`gold.bsdf` is what a gonioreflectometer would measure of rough gold (GGX, α = 0.35, n and k of Johnson and Christy),
-isotropic. `half.bsdf` and `quarter.bsdf` hold smooth random numbers, for azimuths of the eye over a half and a quarter
-of the circle; the first is given without the Jacobian of its directions. The tables are those of Dupuy and Jakob,
-"An Adaptive Parameterization for Efficient Material Acquisition and Rendering" (SIGGRAPH Asia 2018).
+`gold.bsdf` is what a gonioreflectometer would measure of rough gold (GGX, α = 0.35, n and k of Johnson and
+Christy), isotropic. `half.bsdf` and `quarter.bsdf` hold random numbers for azimuths of the eye over a half
+and a quarter of the circle; the spectra of the first are not relative to the density of normals. The tables
+are those of Dupuy and Jakob, "An Adaptive Parameterization for Efficient Material Acquisition and Rendering"
+(SIGGRAPH Asia 2018).
 
 Needs mitsuba (written with 3.9.1, variant scalar_spectral, single precision) and numpy.
 
@@ -50,7 +51,7 @@ def bilinear(grid, x, y):
 
 
 def inverse(density, u):
-    """Where, between points at equal steps in [0, 1], a density that is linear between them has the fraction u."""
+    """Where a density that is linear between points at equal steps in [0, 1] has the fraction u before it."""
     fine = np.linspace(0, 1, 20001)
     values = np.interp(fine, np.linspace(0, 1, len(density)), density)
     sums = np.concatenate([[0], np.cumsum(values[1:] + values[:-1])])
@@ -95,8 +96,9 @@ def gold(angles=8, points=16, colours=6):
     m = facet(x, y)
     theta = np.linspace(0, 1, angles) ** 2 * np.radians(85)
     wavelengths = np.linspace(400, 700, colours)
-    table = np.array([row.split(",") for row in GOLD.read_text().split("\n") if row[:1].isdigit()], dtype=float)
-    n, k = (np.interp(wavelengths, table[:, 0], table[:, column]) for column in (1, 2))
+    rows = [line.split(",") for line in GOLD.read_text().splitlines() if line[0].isdigit()]
+    nm, n, k = np.array(rows, dtype=float).T
+    n, k = np.interp(wavelengths, nm, n), np.interp(wavelengths, nm, k)
     sigma_of = lambda v: np.maximum(v[..., 2], 1e-4) / masked(v)  # noqa: E731
     vndf, luminance, spectra = [], [], []
     for angle in theta:
@@ -110,30 +112,39 @@ def gold(angles=8, points=16, colours=6):
         light = 2 * cos[:, None] * normal - eye
         facing = (light[:, 2] > 0) & (cos > 0)
         shadowed = np.where(facing, masked(eye) * masked(light) * sigma_of(eye) / eye[2], 0)
-        values = np.array([fresnel(cos, a, b) * shadowed for a, b in zip(n, k)]).reshape(colours, points, points)
+        values = np.array([fresnel(cos, a, b) * shadowed for a, b in zip(n, k)])
+        values = values.reshape(colours, points, points)
         vndf.append(seen)
         spectra.append(values)
         luminance.append(np.maximum(values.mean(axis=0), 1e-2))
     # Values beside the density of visible normals are f cos over D / (4 σ).
     u = facet(line[None, :].repeat(points, 0), y)
     return {
-        "theta_i": theta, "phi_i": np.zeros(1), "ndf": distribution(m), "sigma": sigma_of(u), "vndf": np.array(vndf)[None],
-        "luminance": np.array(luminance)[None], "wavelengths": wavelengths, "spectra": np.array(spectra)[None],
-    }  # fmt: skip
+        "theta_i": theta,
+        "phi_i": np.zeros(1),
+        "ndf": distribution(m),
+        "sigma": sigma_of(u),
+        "vndf": np.array(vndf)[None],
+        "luminance": np.array(luminance)[None],
+        "wavelengths": wavelengths,
+        "spectra": np.array(spectra)[None],
+    }
 
 
-def noise(shape, low, high):
-    return np.random.default_rng(shape).uniform(low, high, shape)
-
-
-def smooth(azimuths, angles=4, points=5, colours=3):
+def noise(azimuths, angles=4, points=5, colours=3):
+    uniform = np.random.default_rng(len(azimuths)).uniform
     slices = (len(azimuths), angles)
     return {
-        "theta_i": np.linspace(0, np.pi / 2, angles), "phi_i": np.array(azimuths),
-        "ndf": noise((points, points), 0.5, 2), "sigma": noise((points + 1, points), 0.3, 1),
-        "vndf": noise((*slices, points, points), 0.2, 2), "luminance": noise((*slices, points, points), 0.3, 2),
-        "wavelengths": np.linspace(420, 680, colours), "spectra": noise((*slices, colours, points, points), 0, 0.2),
-    }  # fmt: skip
+        "theta_i": np.linspace(0, np.pi / 2, angles),
+        "phi_i": np.array(azimuths),
+        "ndf": uniform(0.5, 2, (points, points)),
+        "sigma": uniform(0.3, 1, (points + 1, points)),
+        # Most normals are near that of the surface, so that most samples count.
+        "vndf": uniform(0.2, 2, (*slices, points, points)) * np.linspace(1, 0.2, points),
+        "luminance": uniform(0.3, 2, (*slices, points, points)),
+        "wavelengths": np.linspace(420, 680, colours),
+        "spectra": uniform(0, 0.2, (*slices, colours, points, points)),
+    }
 
 
 def direction():
@@ -147,8 +158,8 @@ def main():
     random.seed(2018)
     materials = {
         "gold": (gold(), 1),
-        "half": (smooth([-np.pi, -2.0, -0.7, 0]), 0),
-        "quarter": (smooth([-np.pi, -2.5, -np.pi / 2]), 1),
+        "half": (noise([-np.pi, -2.0, -0.7, 0]), 0),
+        "quarter": (noise([-np.pi, -2.5, -np.pi / 2]), 1),
     }
     print(f"# Mitsuba {mi.__version__} scalar_spectral, by validation/optics/make_measured_reference.py")
     print("# wavelengths " + " ".join(map(str, WAVELENGTHS)))

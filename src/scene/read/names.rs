@@ -36,10 +36,17 @@ pub(in crate::scene) fn class_of<'a>(
     plugin: &str,
     mut parameters: impl Iterator<Item = &'a str>,
 ) -> Option<Class> {
-    // The one name that two classes share: the spectrum cannot be without values.
-    if plugin == "regular" {
-        let values = parameters.any(|name| name == "values");
-        return Some(if values { Class::Spectrum } else { Class::Sampler });
+    // The names that two classes share: the spectrum cannot be without values, the BSDF not without a file.
+    match plugin {
+        "regular" => {
+            let values = parameters.any(|name| name == "values");
+            return Some(if values { Class::Spectrum } else { Class::Sampler });
+        }
+        "measured" => {
+            let file = parameters.any(|name| name == "filename");
+            return Some(if file { Class::Bsdf } else { Class::Spectrum });
+        }
+        _ => {}
     }
     let classes = || Class::ELEMENTS.iter().map(|&(_, class)| class);
     let here = classes().find(|&class| plugins(class).contains(&plugin));

@@ -4,6 +4,7 @@ use super::{errors, scene};
 use crate::common::described_file;
 use crate::common::folder::Folder;
 use abbe::scene::description::{Description, ShapeKind};
+use abbe::scene::{ReadOptions, outline, read_str};
 
 fn file(name: &str, defines: &[(&str, &str)]) -> Description {
     described_file(&format!("tests/scenes/grammar/{name}"), defines)
@@ -15,8 +16,8 @@ fn a_scene_in_many_files_means_what_it_means_in_one() {
     assert_eq!(file("files.xml", &[]).hash(), file("plain.xml", &[]).hash());
     // What the command line says reaches into included files.
     assert_ne!(file("files.xml", &[("size", "3")]).hash(), file("plain.xml", &[]).hash());
-    let outline = abbe::scene::outline(&file("files.xml", &[]));
-    assert!(outline.contains("room.xml:7)"), "{outline}");
+    let text = outline(&file("files.xml", &[]));
+    assert!(text.contains("room.xml:7)"), "{text}");
 }
 
 #[test]
@@ -77,4 +78,49 @@ fn texts_that_a_scene_names_may_begin_with_a_byte_order_mark() {
         ));
         assert!(matches!(scene.shapes[0].kind, ShapeKind::Mesh { .. }), "{:?}", scene.shapes[0].kind);
     }
+}
+
+/// A file of measured reflection is read, and one that is damaged is refused by its place and with what is
+/// wrong in it.
+#[test]
+fn measured_reflection_is_read_and_checked() {
+    let folder = Folder::new("measured");
+    let whole = std::fs::read("tests/data/measured/quarter.bsdf").unwrap();
+    let said_of = |bytes: &[u8]| {
+        std::fs::write(folder.path("a.bsdf"), bytes).unwrap();
+        let scene = r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere">
+            <bsdf type="measured"><string name="filename" value="a.bsdf"/></bsdf></shape></scene>"#;
+        let read = read_str(scene, &folder.path("scene.xml"), &ReadOptions::default());
+        read.map(|description| outline(&description)).map_err(|errors| errors.to_string())
+    };
+    let text = said_of(&whole).unwrap();
+    assert!(text.contains("3 × 4 directions, 3 wavelengths"), "{text}");
+    let renamed = |from: &str, to: &str| {
+        let at = whole.windows(from.len()).position(|part| part == from.as_bytes()).unwrap();
+        let mut bytes = whole.clone();
+        bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
+        said_of(&bytes).unwrap_err()
+    };
+    for (error, parts) in [
+        (said_of(b"no table").unwrap_err(), ["The file is no table of measurements", "a.bsdf"]),
+        (said_of(&whole[..whole.len() / 2]).unwrap_err(), ["does not fit its file", "a.bsdf"]),
+        (renamed("sigma", "sigmb"), ["no field sigma", "theta_i"]),
+        (renamed("spectra", "spectrb"), ["no field spectra", "scene.xml:2"]),
+    ] {
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    }
+    // An axis that does not ascend, and one of another length than the tables.
+    let changed = |field: &str, at: usize, to: &[u8]| {
+        let name = whole.windows(field.len()).position(|part| part == field.as_bytes()).unwrap();
+        let header = name + field.len() + 3;
+        let offset = u64::from_le_bytes(whole[header..header + 8].try_into().unwrap()) as usize;
+        let mut bytes = whole.clone();
+        let from = if at == usize::MAX { header + 8 } else { offset + at };
+        bytes[from..from + to.len()].copy_from_slice(to);
+        said_of(&bytes).unwrap_err()
+    };
+    let error = changed("wavelengths", 0, &900f32.to_le_bytes());
+    assert!(error.contains("The values of the field wavelengths do not ascend"), "{error}");
+    let error = changed("theta_i", usize::MAX, &3u64.to_le_bytes());
+    assert!(error.contains("has a size of 3 × 4 × ") && error.contains("expected 3 × 3 × "), "{error}");
 }

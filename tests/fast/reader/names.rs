@@ -7,7 +7,7 @@ use std::path::Path;
 const MISSING: [(&str, &[&str]); 4] = [
     ("integrator", &["stokes", "time_gated_path", "volprim_rf_basic"]),
     ("shape", &["ellipsoids", "ellipsoidsmesh", "blender"]),
-    ("bsdf", &["circular", "measured", "measured_polarized", "polarizer", "pplastic", "retarder"]),
+    ("bsdf", &["circular", "measured_polarized", "polarizer", "pplastic", "retarder"]),
     ("emitter", &["timed_sunsky"]),
 ];
 

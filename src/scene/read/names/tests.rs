@@ -1,13 +1,14 @@
 use super::*;
 
-/// JSON tells the class of an object by its plugin alone, but for the regular spectrum and the regular
-/// sampler.
+/// JSON tells the class of an object by its plugin alone, but for two names.
 #[test]
-fn no_two_classes_share_a_plugin() {
+fn two_names_alone_are_shared_by_classes() {
     assert_eq!(class_of("regular", ["wavelength_min", "values"].into_iter()), Some(Class::Spectrum));
     assert_eq!(class_of("regular", ["sample_count"].into_iter()), Some(Class::Sampler));
+    assert_eq!(class_of("measured", ["filename"].into_iter()), Some(Class::Bsdf));
+    assert_eq!(class_of("measured", ["name", "scale"].into_iter()), Some(Class::Spectrum));
     let all = || Class::ELEMENTS.iter().flat_map(|&(_, class)| plugins(class));
-    for name in all().filter(|name| *name != "regular") {
+    for name in all().filter(|name| !["regular", "measured"].contains(name)) {
         assert_eq!(all().filter(|other| *other == name).count(), 1, "{name}");
     }
 }
