@@ -12,6 +12,9 @@
 //! the table under a glass, is in optical contact: the ray meets it from within the body. Lengths are
 //! compared with error bounds alone.
 //!
+//! **Back to back.** Two sheets in the same place are a way to give a surface two sides, such as a lamp that
+//! shines to both. A ray meets the one that faces it, and of a lamp and a wall the lamp.
+//!
 //! After such an event the ray starts within its error of the place, so it may meet again, or never meet, a
 //! surface that has been handled. The bodies that it is inside of decide which: right where it starts, it
 //! cannot enter a closed body from within nor leave one from without.
@@ -25,7 +28,7 @@ use smallvec::{SmallVec, smallvec};
 use std::cmp::Reverse;
 
 /// Which shapes may have faces in common with others, where at least one of the two is the surface of a
-/// transparent body.
+/// transparent body, or one is a lamp, or both are sheets that lie back to back.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
     /// Contact of each shape; empty where nothing touches.
@@ -243,7 +246,8 @@ impl Scene {
         crossed
     }
 
-    /// The first surface that is more than a boundary of bodies; lights come before others.
+    /// The first surface that is more than a boundary of bodies. Lights come before others, and what faces
+    /// the ray before what is seen from its back: in most models the back is black.
     fn scatterer(&self, coincident: &[CoincidentSurface], media: &Media) -> Option<Hit> {
         let scatters = |surface: &&CoincidentSurface| {
             surface.effective
@@ -251,8 +255,9 @@ impl Scene {
                 && !(self.features.precedence && self.hidden(surface, media))
         };
         let order = |a: &&CoincidentSurface, b: &&CoincidentSurface| {
-            let place = |surface: &CoincidentSurface| (!self.shines(surface), surface.hit.shape);
-            place(a).0.cmp(&place(b).0).then(a.hit.t.total_cmp(&b.hit.t)).then(place(a).1.cmp(&place(b).1))
+            let sides = |surface: &CoincidentSurface| (!self.shines(surface), !surface.enters);
+            let by_place = a.hit.t.total_cmp(&b.hit.t).then(a.hit.shape.cmp(&b.hit.shape));
+            sides(a).cmp(&sides(b)).then(by_place)
         };
         coincident.iter().filter(scatters).min_by(order).map(|surface| surface.hit)
     }

@@ -1,12 +1,15 @@
 //! Which shapes may have faces in common, and whether bodies may overlap, going by planes that part them.
 
 use super::groups::{Assembled, Content, Groups, Shown};
-use crate::geometry::{Bounds, Transform, Vec3};
+use crate::accel::Accel;
+use crate::geometry::{Bounds, Ray, Transform, Vec3};
 use crate::medium::{Body, Refraction};
+use crate::sampling::quadrature::midpoints;
 use crate::scene::coincident::{Contact, Contacts, Partner};
-use crate::scene::scene::Surface;
-use crate::shape::Shape;
+use crate::scene::scene::{Role, Surface};
 use crate::shape::solid::Solid;
+use crate::shape::{NO_INSTANCE, Shape};
+use rayon::prelude::*;
 use std::rc::Rc;
 
 /// Something that stands by itself: a shape of the scene or of a group, or all that an instance shows.
@@ -66,6 +69,65 @@ impl Known<'_> {
 
     fn is_closed(&self, shape: usize) -> bool {
         self.surfaces[shape].body.is_some_and(|body| self.bodies[body as usize].closed)
+    }
+
+    /// How far from a point of the surface one that coincides with it may be met.
+    fn reach(&self, shape: usize) -> f64 {
+        4.0 * self.errors[shape] + self.rounding[shape]
+    }
+
+    /// Pairs of the scene's own shapes at rest of which [`Self::coincide_with`] tells, each in both orders.
+    fn coinciding(&self, groups: &Groups<'_>, accel: &Accel) -> Vec<(usize, usize)> {
+        let own = (0..groups.own()).into_par_iter().filter(|&shape| {
+            let alone = self.surfaces[shape].role == Role::Other && self.solids[shape].is_none();
+            alone && !groups.moves(shape)
+        });
+        let found = own.flat_map_iter(|shape| {
+            self.coincide_with(shape, accel)
+                .into_iter()
+                .flat_map(move |other| [(shape, other), (other, shape)])
+        });
+        let mut pairs: Vec<(usize, usize)> = found.collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        pairs
+    }
+
+    /// The shapes that have faces in the same place as a shape that is no body, where it matters which of the
+    /// two is met: one is a lamp, or they are sheets that lie back to back. Found at some of its points.
+    fn coincide_with(&self, shape: usize, accel: &Accel) -> Vec<usize> {
+        const ROOT: usize = 4;
+        let emits = |shape: usize| self.surfaces[shape].light.is_some();
+        let is_sheet = |shape: usize| self.shapes[shape].is_closed().is_err();
+        let mut found = Vec::new();
+        for sample in midpoints(ROOT).filter_map(|u| self.shapes[shape].sample(u)) {
+            let point = sample.surface.point;
+            let before = 64.0 * self.reach(shape);
+            let ray = Ray::new(point.position - point.normal * before, point.normal);
+            accel.crossings(&ray, 0.0, [0.0, 2.0 * before], &mut |hit, _| {
+                let other = hit.shape as usize;
+                let reach = self.reach(shape) + self.reach(other);
+                if hit.instance != NO_INSTANCE
+                    || self.surfaces[other].role != Role::Other
+                    || self.solids[other].is_some()
+                    || (hit.t - before).abs() > reach
+                    || found.contains(&other)
+                {
+                    return;
+                }
+                let cosine = accel.surface(self.shapes, &hit, &ray, 0.0).point.normal.dot(point.normal);
+                let matters = if cosine < -0.9 {
+                    let sheets = shape == other || is_sheet(shape) && is_sheet(other);
+                    sheets || emits(shape) || emits(other)
+                } else {
+                    cosine > 0.9 && emits(shape) != emits(other)
+                };
+                if matters {
+                    found.push(other);
+                }
+            });
+        }
+        found
     }
 
     fn single(&self, shape: usize, bounds: Bounds) -> Item {
@@ -150,7 +212,7 @@ fn nested(a: Bounds, b: Bounds) -> bool {
 
 /// What the shapes of a scene may do to one another.
 pub(super) struct Nearness {
-    /// None where nothing touches a closed transparent body.
+    /// None where nothing touches a closed transparent body, and no lamps or sheets coincide.
     pub contacts: Contacts,
     /// Whether a ray may get from one body right into another.
     pub adjoin: bool,
@@ -201,6 +263,7 @@ pub(super) fn nearness(
     solids: &[Option<&Solid>],
     surfaces: &[Surface],
     bodies: &[Body],
+    accel: &Accel,
 ) -> Nearness {
     let moved = shift.point(Vec3::ZERO).length();
     let known = Known {
@@ -212,7 +275,8 @@ pub(super) fn nearness(
         errors: shapes.iter().map(Shape::typical_error).collect(),
         rounding: shapes.iter().map(|shape| shape.placement_error(moved)).collect(),
     };
-    if !(0..shapes.len()).any(|shape| known.is_body(shape)) {
+    let coinciding = known.coinciding(groups, accel);
+    if coinciding.is_empty() && !(0..shapes.len()).any(|shape| known.is_body(shape)) {
         return Nearness::none();
     }
     let contents = groups.contents(shapes);
@@ -250,6 +314,10 @@ pub(super) fn nearness(
             let partner = Partner { bounds, shape, ..other.partner };
             one.shapes.list().iter().for_each(|&shape| found[shape].push(partner));
         }
+    }
+    for (one, other) in coinciding {
+        let partner = Partner::new(boxes[other], known.errors[other], known.rounding[other]);
+        found[one].push(Partner { shape: Some(other as u32), ..partner });
     }
     for item in items.iter().filter(|item| item.has_closed && item.several) {
         // Surfaces of one group may touch one another.

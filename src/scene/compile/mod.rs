@@ -131,7 +131,7 @@ impl<'a> Compiler<'a> {
         let solids_of = contact::solids_of(&groups, &shapes, &solids);
         let boxes = contact::boxes(&shapes, &solids_of);
         let Nearness { contacts, adjoin, overlap, one_way } =
-            contact::nearness(&groups, &shift, &shapes, &boxes, &solids_of, &surfaces, &bodies);
+            contact::nearness(&groups, &shift, &shapes, &boxes, &solids_of, &surfaces, &bodies, &accel);
         let contact = !contacts.of.is_empty();
         let shutter = description.sensor.shutter;
         let during = shutter.during();
