@@ -1,10 +1,10 @@
 //! Sensors that measure light rather than make pictures.
 
 use super::Window;
-use crate::geometry::{Bounds, Frame, Ray, Vec3};
+use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 use crate::sampling::warp;
 use crate::shape::Shape;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Measures the radiance along one ray, whatever the film position.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +35,22 @@ pub struct IrradianceMeter {
     per_area: f64,
 }
 
+/// A place at which irradiance is measured.
+#[derive(Clone, Copy, Debug)]
+pub struct LitPoint {
+    /// Where it is on its surface.
+    pub point: SurfacePoint,
+    /// The side from which light counts: the shading normal, of unit length.
+    pub facing: Vec3,
+}
+
+impl LitPoint {
+    /// The density, per steradian, with which a meter chooses the direction of its ray: cos θ / π.
+    pub fn density(&self, direction: Vec3) -> f64 {
+        direction.dot(self.facing).max(0.0) * FRAC_1_PI
+    }
+}
+
 impl IrradianceMeter {
     /// `window` is the exposed part of the film.
     pub fn new(surface: Shape, window: Window) -> Self {
@@ -51,13 +67,14 @@ impl IrradianceMeter {
     }
 
     /// A ray toward the hemisphere around the shading normal, with density cos θ / π, so that its weight is
-    /// π.
-    pub fn ray(&self, film: [f64; 2], direction_u: [f64; 2]) -> Option<(Ray, f64)> {
+    /// π, and where it begins.
+    pub fn ray(&self, film: [f64; 2], direction_u: [f64; 2]) -> Option<(Ray, f64, LitPoint)> {
         let place = self.window.fractions(film).map(|x| x.clamp(0.0, 1.0 - f64::EPSILON));
         let at = self.surface.point_at_uv(place)?;
-        let frame = Frame::around(at.surface.shading_normal);
+        let lit = LitPoint { point: at.surface.point, facing: at.surface.shading_normal };
+        let frame = Frame::around(lit.facing);
         let direction = frame.to_world(Vec3::from(warp::cosine_hemisphere(direction_u))).normalize();
-        Some((at.surface.point.ray(direction), PI * self.per_area / at.density))
+        Some((lit.point.ray(direction), PI * self.per_area / at.density, lit))
     }
 }
 

@@ -10,7 +10,7 @@ mod projective;
 mod shutter;
 
 pub use angular::{Angular, DirectionMap, FisheyeProjection};
-pub use meters::{Distant, IrradianceMeter, RadianceMeter};
+pub use meters::{Distant, IrradianceMeter, LitPoint, RadianceMeter};
 pub use plane::{SensorPlane, Stop};
 pub use projective::{Aperture, Projection, Projective, ProjectiveSettings, ThinLens};
 pub use shutter::{Shutter, ShutterKind};
@@ -116,6 +116,8 @@ pub struct SensorRay<'a> {
     pub weight: f64,
     /// Factor by wavelength, where there is one.
     pub response: Option<&'a Spectrum>,
+    /// The place at which the irradiance is measured, where that is done.
+    pub lit: Option<LitPoint>,
 }
 
 impl Camera {
@@ -178,6 +180,11 @@ impl Camera {
         }))
     }
 
+    /// Whether it measures irradiance on a surface, so that light may be sought from there.
+    pub fn measures_irradiance(&self) -> bool {
+        self.views.iter().any(|view| matches!(view.kind, ViewKind::Irradiance(_)))
+    }
+
     /// Whether [`Self::ray`] uses its second sample.
     pub fn uses_lens(&self) -> bool {
         self.views.iter().any(|view| match &view.kind {
@@ -202,14 +209,19 @@ impl Camera {
                 (&self.views[column as usize], on_film)
             }
         };
+        let mut lit = None;
         let (ray, weight) = match &view.kind {
             ViewKind::Projective(projective) => (projective.ray(film, lens_u, time), 1.0),
             ViewKind::Angular(camera) => (camera.ray(film, time)?, 1.0),
             ViewKind::Plane(plane) => plane.ray(film, lens_u, time),
             ViewKind::Radiance(meter) => (meter.ray(), 1.0),
-            ViewKind::Irradiance(meter) => meter.ray(film, lens_u)?,
+            ViewKind::Irradiance(meter) => {
+                let (ray, weight, point) = meter.ray(film, lens_u)?;
+                lit = Some(point);
+                (ray, weight)
+            }
             ViewKind::Distant(distant) => distant.ray(lens_u)?,
         };
-        Some(SensorRay { ray, weight, response: view.response.as_ref() })
+        Some(SensorRay { ray, weight, response: view.response.as_ref(), lit })
     }
 }

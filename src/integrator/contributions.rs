@@ -4,7 +4,8 @@ use super::observe::{Observe, Step, list};
 use super::path::{Beside, Path, PreviousSample};
 use super::weights::light_sample_weight;
 use crate::bsdf::Evaluation;
-use crate::geometry::Ray;
+use crate::camera::LitPoint;
+use crate::geometry::{Ray, Vec3};
 use crate::light::{Caustics, LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
@@ -21,6 +22,8 @@ pub(super) struct Prior<const C: usize> {
     /// The density of having come here by way of lamps that are near, over the hero's of having come
     /// otherwise.
     pub by_aim: f64,
+    /// How many segments the path has with that of the light sample.
+    pub segments: u32,
 }
 
 impl<const C: usize, O: Observe> Path<C, O> {
@@ -129,10 +132,47 @@ impl<const C: usize, O: Observe> Path<C, O> {
             return Sampled::ZERO;
         }
         let around = media_beyond(scene, &self.media, ray, hit, &sample.shadow_ray);
-        let prior = Prior { throughput: self.throughput, ratio: self.ratio, by_aim: 0.0 };
+        let prior = self.prior(0.0);
         let light = self.light_from(scene, &sample, &value, &around, &prior, wavelengths);
         self.tell_of_light(scene, &sample, light);
         light
+    }
+
+    /// A light sample from the place at which a camera ray begins, where that measures irradiance: as if the
+    /// sensor had scattered the light into the ray. What the ray itself meets is weighed against it.
+    pub(super) fn light_on_sensor(
+        &mut self,
+        scene: &Scene,
+        lit: &LitPoint,
+        direction: Vec3,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Sampled<C> {
+        // A sensor does not see lights that are hidden from it.
+        if scene.lights.is_empty() || scene.limits.hide_emitters {
+            return Sampled::ZERO;
+        }
+        let from = Receiver { point: lit.point, facing: lit.facing };
+        let density = lit.density(direction);
+        if density > 0.0 {
+            let prior_over_density = self.ratio.sum() / density;
+            self.last = PreviousSample::Scattered { from, prior_over_density, by_scattering: self.ratio };
+        }
+        let [.., u, v] = stream.draw(Dimensions::Lens);
+        let may_contribute = scene.limits.techniques != Techniques::Scattering;
+        let sample = may_contribute.then(|| scene.lights.sample(&from, self.time, wavelengths, [u, v]));
+        let Some(sample) = sample.flatten() else { return Sampled::ZERO };
+        let density = Sampled::splat(lit.density(sample.shadow_ray.direction));
+        let value = Evaluation { f_cos: density, density };
+        let prior = Prior { segments: 1, ..self.prior(0.0) };
+        let light = self.light_from(scene, &sample, &value, &self.media.here, &prior, wavelengths);
+        self.tell_of_light(scene, &sample, light);
+        light
+    }
+
+    /// What a light sample at the place that the path has come to is weighed by.
+    pub(super) fn prior(&self, by_aim: f64) -> Prior<C> {
+        Prior { throughput: self.throughput, ratio: self.ratio, by_aim, segments: self.depth + 2 }
     }
 
     /// What a light sample brings to a place that scatters it, through what is between. `media`: those that
@@ -152,12 +192,12 @@ impl<const C: usize, O: Observe> Path<C, O> {
             self.time,
             media,
             wavelengths,
-            crossings(scene, self.depth, sample.density),
+            crossings(scene, prior.segments, sample.density),
         );
         if transmittance.is_zero() {
             return Sampled::ZERO;
         }
-        let Prior { throughput, ratio, by_aim } = *prior;
+        let Prior { throughput, ratio, by_aim, .. } = *prior;
         let weight = light_sample_weight(scene, sample.density, ratio.sum() + by_aim, || {
             (ratio * value.density * flown).sum()
         });
@@ -193,9 +233,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
     }
 }
 
-/// How many surfaces a light sample at the end of a path of `depth` segments may pass by null transmission,
-/// at most.
-pub(super) fn crossings(scene: &Scene, depth: u32, density: Density) -> u32 {
+/// How many surfaces a light sample may pass by null transmission, at most. `segments`: those of the path with
+/// its own.
+pub(super) fn crossings(scene: &Scene, segments: u32, density: Density) -> u32 {
     if !scene.features().transparent_shadows {
         0
     } else if !scene.limits.null_is_a_segment {
@@ -204,7 +244,7 @@ pub(super) fn crossings(scene: &Scene, depth: u32, density: Density) -> u32 {
         // Mitsuba's `path` never finds such a light behind a surface, and no scattered ray meets it.
         0
     } else {
-        scene.limits.max_depth.saturating_sub(depth + 2)
+        scene.limits.max_depth.saturating_sub(segments)
     }
 }
 

@@ -17,6 +17,7 @@ mod volume;
 mod walk;
 mod weights;
 
+use crate::camera::LitPoint;
 use crate::geometry::Ray;
 use crate::sampling::Stream;
 use crate::scene::{Coverage, Integrator, Limits, RayKind, Scene};
@@ -79,6 +80,8 @@ pub fn why_nothing_is_shared(scene: &Scene) -> Option<&'static str> {
         Some("the integrator is no path tracer")
     } else if scene.limits.max_depth == 0 {
         Some("paths have no segment")
+    } else if scene.camera.measures_irradiance() {
+        Some("the sensor itself takes light samples")
     } else if scene.film.moments {
         Some("second moments are those of a path tracer's samples")
     } else if scene.features().scattering {
@@ -97,6 +100,7 @@ pub fn takes_strangers(scene: &Scene) -> bool {
         && scene.limits.max_depth > 0
         && !features.scattering
         && !features.motion
+        && !scene.camera.measures_irradiance()
 }
 
 /// What a sample's camera ray has led to.
@@ -114,11 +118,13 @@ impl<const C: usize> RadianceSample<C> {
 }
 
 /// Spectral radiance that arrives along a camera ray at a time, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each
-/// wavelength of the path. They share one unit of weight: summed over the lanes, each over its wavelength's
+/// wavelength of the path. Where the ray measures the irradiance at a `lit` place, a light sample from there
+/// stands for radiance that such a ray may have met. The estimates share one unit of weight: summed over the lanes, each over its wavelength's
 /// density, they estimate an integral over wavelength.
 pub fn radiance<const C: usize>(
     scene: &Scene,
     ray: Ray,
+    lit: Option<LitPoint>,
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
@@ -127,7 +133,7 @@ pub fn radiance<const C: usize>(
         return RadianceSample::NOTHING;
     }
     match scene.integrator {
-        Integrator::Path => path::radiance(scene, ray, time, wavelengths, stream),
+        Integrator::Path => path::radiance(scene, ray, lit, time, wavelengths, stream),
         Integrator::Walk => walk::radiance(scene, ray, time, wavelengths, stream),
         Integrator::Depth => depth(scene, &ray, time),
     }
@@ -137,6 +143,7 @@ pub fn radiance<const C: usize>(
 pub fn radiance_told<const C: usize>(
     scene: &Scene,
     ray: Ray,
+    lit: Option<LitPoint>,
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
@@ -145,7 +152,7 @@ pub fn radiance_told<const C: usize>(
         return (RadianceSample::NOTHING, Vec::new());
     }
     let record = Record::default();
-    let sample = path::observed_radiance(scene, ray, time, wavelengths, stream, record.clone());
+    let sample = path::observed_radiance(scene, ray, lit, time, wavelengths, stream, record.clone());
     (sample, record.into_steps())
 }
 

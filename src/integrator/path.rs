@@ -20,6 +20,7 @@ use super::contributions::receiver;
 use super::observe::{Observe, Step, Unseen};
 use super::weights::{late_survival, late_survival_in_media, roulette_survival, scattering_weight};
 use crate::bsdf::Scatter;
+use crate::camera::LitPoint;
 use crate::geometry::Ray;
 use crate::light::Receiver;
 use crate::material::Shading;
@@ -132,11 +133,12 @@ impl<const C: usize> PreviousSample<C> {
 pub fn radiance<const C: usize>(
     scene: &Scene,
     ray: Ray,
+    lit: Option<LitPoint>,
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
 ) -> RadianceSample<C> {
-    observed_radiance(scene, ray, time, wavelengths, stream, Unseen)
+    observed_radiance(scene, ray, lit, time, wavelengths, stream, Unseen)
 }
 
 /// The same, with an observer of the path's steps.
@@ -144,13 +146,18 @@ pub fn radiance<const C: usize>(
 pub(super) fn observed_radiance<const C: usize, O: Observe>(
     scene: &Scene,
     ray: Ray,
+    lit: Option<LitPoint>,
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
     seen: O,
 ) -> RadianceSample<C> {
     let mut path = Path::<C, O>::seen_by(seen, scene, &ray, time);
-    let radiance = path.follow(scene, ray, wavelengths, stream);
+    let mut radiance = Sampled::ZERO;
+    if let Some(lit) = lit {
+        radiance += path.light_on_sensor(scene, &lit, ray.direction, wavelengths, stream);
+    }
+    radiance += path.follow(scene, ray, wavelengths, stream);
     RadianceSample { radiance, alpha_hit: path.alpha_hit }
 }
 

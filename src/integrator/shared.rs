@@ -27,6 +27,7 @@ use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
 use super::weights::light_sample_weight;
 use crate::accel::Rays;
+use crate::camera::LitPoint;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, Register, Row, WIDTH, ZERO, get, lanes_of, mask_of, set};
 use crate::light::{Environment, LightSamples};
@@ -42,6 +43,8 @@ pub struct Sight<'a> {
     pub member: usize,
     /// The ray, from the sensor into the scene.
     pub ray: Ray,
+    /// The place at which it measures irradiance; see [`super::radiance`]. Such rays share nothing.
+    pub lit: Option<LitPoint>,
     /// Sample values of the path.
     pub stream: Stream<'a>,
 }

@@ -156,7 +156,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let prior = Prior {
             throughput: self.throughput * flown * scattering.albedo(position, nm),
             ratio: self.ratio * flown,
-            by_aim: self.ratio.sum() * lamps.density(t),
+            ..self.prior(self.ratio.sum() * lamps.density(t))
         };
         if prior.throughput.is_zero() {
             return Sampled::ZERO;
@@ -211,7 +211,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
                 let goes = sample.shadow_ray.direction;
                 let value = scattering.phase.evaluate(ray.direction, goes, position, &wavelengths.nm);
                 let value = Evaluation { f_cos: value, density: value };
-                let prior = Prior { throughput: self.throughput, ratio: self.ratio, by_aim };
+                let prior = self.prior(by_aim);
                 let light = self.light_from(scene, &sample, &value, &self.media.here, &prior, wavelengths);
                 self.tell_of_light(scene, &sample, light);
                 *arriving += light;

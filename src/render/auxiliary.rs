@@ -2,6 +2,7 @@
 
 use super::Schedule;
 use crate::accel::Tests;
+use crate::camera::SensorRay;
 use crate::film::FilterSampler;
 use crate::geometry::Vec3;
 use crate::integrator;
@@ -165,7 +166,8 @@ impl Images<'_> {
         };
         let before = counted();
         let wavelengths = self.scene.wavelengths.sample::<4>(sample.wavelength);
-        integrator::radiance(self.scene, sample.sensor.ray, sample.time, &wavelengths, stream);
+        let SensorRay { ray, lit, .. } = sample.sensor;
+        integrator::radiance(self.scene, ray, lit, sample.time, &wavelengths, stream);
         (counted() - before) as f64
     }
 }

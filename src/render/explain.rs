@@ -314,6 +314,7 @@ impl Exposure<'_> {
         let (path, steps) = integrator::radiance_told(
             self.scene,
             sight.ray,
+            sight.lit,
             aimed.time,
             aimed.wavelengths_of(told),
             &sight.stream,

@@ -271,7 +271,7 @@ impl Exposure<'_> {
             if let Some(sensor) = scene.sensor_ray(place, time, &stream) {
                 weight = sensor.response.map_or(Sampled::ONE, |response| response.sample(&wavelengths.nm));
                 weight *= sensor.weight;
-                sights.push(Sight { member, ray: sensor.ray, stream });
+                sights.push(Sight { member, ray: sensor.ray, lit: sensor.lit, stream });
             }
             samples.push(Sample { place, weight, key });
         }
@@ -290,9 +290,10 @@ impl Exposure<'_> {
         }
         if self.plan == Plan::PLAIN && !integrator::takes_strangers(self.scene) {
             for (aimed, seen) in aimed.iter().zip(seen) {
-                for Sight { member, ray, stream } in &aimed.sights {
+                for Sight { member, ray, lit, stream } in &aimed.sights {
                     let wavelengths = aimed.wavelengths_of(*member);
-                    seen[*member] = integrator::radiance(self.scene, *ray, aimed.time, wavelengths, stream);
+                    seen[*member] =
+                        integrator::radiance(self.scene, *ray, *lit, aimed.time, wavelengths, stream);
                 }
             }
             return;

@@ -10,7 +10,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::f64::consts::PI;
 
 /// How many results are judged in this file.
-const TESTS: usize = 56;
+const TESTS: usize = 61;
 
 /// A scene and its film, compiled for the wavelengths that the film asks for.
 fn scene(content: &str) -> (Scene, WavelengthRange) {
@@ -76,6 +76,44 @@ fn irradiance_under_a_sky_and_under_a_disk() {
     );
     let below = exposed(&format!("{}{lamp}", meter(small)), 65_536);
     assert_is(below.bin(0, 0, 0), PI * 4.0 / 13.0, &below);
+}
+
+/// No ray ever meets a light without extent, and few meet one that is far away: the meter itself seeks them.
+#[test]
+fn irradiance_of_lights_that_rays_do_not_find() {
+    let meter = |shape: &str, bsdf: &str| {
+        format!("<shape {shape}{bsdf}<sensor type=\"irradiancemeter\">{}</sensor></shape>", pixel())
+    };
+    let small = r#"type="disk"><transform name="to_world"><scale value="0.0005"/></transform>"#;
+    let spectrum = |name: &str| format!(r#"<spectrum name="{name}" value="2"/>"#);
+    // At (3, 0, 4): cos θ = 0.8 and d = 5.
+    let from_there = r#"<transform name="to_world"><lookat origin="3, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>"#;
+    let place = r#"<point name="position" x="3" y="0" z="4"/>"#;
+    let ball = format!(
+        r#"<shape type="sphere"><point name="center" x="3" y="0" z="4"/><float name="radius" value="0.01"/>{BLACK}
+           <emitter type="area"><spectrum name="radiance" value="2"/></emitter></shape>"#
+    );
+    for (light, truth) in [
+        (format!(r#"<emitter type="point">{place}{}</emitter>"#, spectrum("intensity")), 2.0 * 0.8 / 25.0),
+        (format!(r#"<emitter type="spot">{from_there}{}</emitter>"#, spectrum("intensity")), 2.0 * 0.8 / 25.0),
+        (
+            format!(
+                r#"<emitter type="directional"><vector name="direction" x="-3" y="0" z="-4"/>{}</emitter>"#,
+                spectrum("irradiance")
+            ),
+            2.0 * 0.8,
+        ),
+        (ball, 2.0 * PI * 1e-4 * 0.8 / 25.0),
+    ] {
+        let found = exposed(&format!("{light}{}", meter(small, BLACK)), 4096);
+        assert_is(found.bin(0, 0, 0), truth, &found);
+    }
+    // In a sphere of radius r and reflectance ρ around a point light: E = I / r² / (1 − ρ).
+    let inside = r#"type="sphere"><float name="radius" value="2"/><boolean name="flip_normals" value="true"/>"#;
+    let half = r#"<bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf>"#;
+    let lamp = format!(r#"<emitter type="point">{}</emitter>"#, spectrum("intensity"));
+    let found = exposed(&format!("{lamp}{}", meter(inside, half)), 4096);
+    assert_is(found.bin(0, 0, 0), 2.0 / 4.0 / (1.0 - 0.5), &found);
 }
 
 /// E = π L / 2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the distance ρ from the axis of a disk

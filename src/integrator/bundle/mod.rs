@@ -375,7 +375,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             let (media, hit) = (self.media(lane), surfaces.hits.get(scene, lane));
             let (ray, shadow_ray) = (self.rays.get(lane), shadow_rays.get(lane));
             let around = media_beyond(scene, &media, &ray, &hit, &shadow_ray);
-            let crossings = crossings(scene, self.depth, samples.density_of(lane));
+            let crossings = crossings(scene, self.depth + 2, samples.density_of(lane));
             let passage = scene.passage(&shadow_ray, self.time, &around, self.wavelengths(lane), crossings);
             light.set(lane, &(light.get(lane) * passage.transmittance));
         }

@@ -142,14 +142,15 @@ fn paths_that_go_along_are_those_of_each_alone() {
                 let stream = sampler.stream([member as u32, group], 0, 0);
                 let [x, y, ..] = stream.draw(Dimensions::Camera);
                 let place = [x * f64::from(size[0]), y * f64::from(size[1])];
-                Some(Sight { member, ray: scene.sensor_ray(place, 0.0, &stream)?.ray, stream })
+                let ray = scene.sensor_ray(place, 0.0, &stream)?.ray;
+                Some(Sight { member, ray, lit: None, stream })
             };
             let sights: Vec<Sight> = (0..LANES).filter_map(sight).collect();
             let sample = GroupSample { sights: &sights, time: 0.0, wavelengths: &wavelengths };
             let mut seen = vec![RadianceSample::NOTHING; LANES];
             radiance_of_group(&scene, &[sample], Plan::PLAIN, &mut [&mut seen], &mut workspace);
-            for Sight { member, ray, stream } in sights {
-                let alone = radiance(&scene, ray, 0.0, &wavelengths[member], &stream);
+            for Sight { member, ray, stream, .. } in sights {
+                let alone = radiance(&scene, ray, None, 0.0, &wavelengths[member], &stream);
                 let found = seen[member];
                 assert_eq!(found.alpha_hit, alone.alpha_hit, "{name}: member {member} of group {group}");
                 assert!(
