@@ -73,3 +73,35 @@ fn a_flat_bump_map_changes_nothing() {
         }
     }
 }
+
+/// A lamp that shines to both sides, made of two, lights the floor below it as the lower one alone does,
+/// whichever comes first; and so does a lamp that is flush with a black ceiling.
+#[test]
+fn of_sheets_in_one_place_the_one_that_is_faced_is_met() {
+    let floor = r#"<shape type="disk"><transform name="to_world"><scale value="4"/></transform></shape>"#;
+    let sheet = |turn: u32, size: u32, content: &str| {
+        format!(
+            r#"<shape type="rectangle"><transform name="to_world"><scale value="{size}"/>
+               <rotate x="1" angle="{turn}"/><translate x="0.1" z="3"/></transform>{content}</shape>"#
+        )
+    };
+    let light = r#"<emitter type="area"><spectrum name="radiance" value="3"/></emitter>"#;
+    let black = r#"<bsdf type="diffuse"><spectrum name="reflectance" value="0"/></bsdf>"#;
+    let [down, up] = [180, 0].map(|turn| sheet(turn, 1, light));
+    let ceiling = sheet(180, 3, black);
+    for integrator in ["path", "walk"] {
+        let lit = |sheets: [&str; 2]| picture(integrator, 2, &format!("{floor}{}", sheets.concat()));
+        let alone = lit([&down, ""]);
+        assert!(alone.iter().sum::<f64>() > 1.0, "{alone:?}");
+        for (name, sheets) in [
+            ("down and up", [&down, &up]),
+            ("up and down", [&up, &down]),
+            ("lamp and ceiling", [&down, &ceiling]),
+            ("ceiling and lamp", [&ceiling, &down]),
+        ] {
+            for (found, alone) in lit(sheets.map(String::as_str)).iter().zip(&alone) {
+                assert!((found - alone).abs() < 1e-6, "{integrator}, {name}: {found} in place of {alone}");
+            }
+        }
+    }
+}

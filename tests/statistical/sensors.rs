@@ -87,7 +87,8 @@ fn irradiance_of_lights_that_rays_do_not_find() {
     let small = r#"type="disk"><transform name="to_world"><scale value="0.0005"/></transform>"#;
     let spectrum = |name: &str| format!(r#"<spectrum name="{name}" value="2"/>"#);
     // At (3, 0, 4): cos θ = 0.8 and d = 5.
-    let from_there = r#"<transform name="to_world"><lookat origin="3, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>"#;
+    let from_there =
+        r#"<transform name="to_world"><lookat origin="3, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>"#;
     let place = r#"<point name="position" x="3" y="0" z="4"/>"#;
     let ball = format!(
         r#"<shape type="sphere"><point name="center" x="3" y="0" z="4"/><float name="radius" value="0.01"/>{BLACK}
@@ -95,7 +96,10 @@ fn irradiance_of_lights_that_rays_do_not_find() {
     );
     for (light, truth) in [
         (format!(r#"<emitter type="point">{place}{}</emitter>"#, spectrum("intensity")), 2.0 * 0.8 / 25.0),
-        (format!(r#"<emitter type="spot">{from_there}{}</emitter>"#, spectrum("intensity")), 2.0 * 0.8 / 25.0),
+        (
+            format!(r#"<emitter type="spot">{from_there}{}</emitter>"#, spectrum("intensity")),
+            2.0 * 0.8 / 25.0,
+        ),
         (
             format!(
                 r#"<emitter type="directional"><vector name="direction" x="-3" y="0" z="-4"/>{}</emitter>"#,
@@ -109,7 +113,8 @@ fn irradiance_of_lights_that_rays_do_not_find() {
         assert_is(found.bin(0, 0, 0), truth, &found);
     }
     // In a sphere of radius r and reflectance ρ around a point light: E = I / r² / (1 − ρ).
-    let inside = r#"type="sphere"><float name="radius" value="2"/><boolean name="flip_normals" value="true"/>"#;
+    let inside =
+        r#"type="sphere"><float name="radius" value="2"/><boolean name="flip_normals" value="true"/>"#;
     let half = r#"<bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf>"#;
     let lamp = format!(r#"<emitter type="point">{}</emitter>"#, spectrum("intensity"));
     let found = exposed(&format!("{lamp}{}", meter(inside, half)), 4096);

@@ -52,6 +52,9 @@ pub(in crate::scene) fn unknown_plugin(class: Class, plugin: &str, place: &Place
         };
     }
     let error = SceneError::at(place, format!("There is no {word} \"{plugin}\""), expected);
+    if let Some(remedy) = formerly(class, plugin) {
+        return error.with_remedy(remedy);
+    }
     let elsewhere =
         Class::ELEMENTS.iter().find(|(_, other)| *other != class && plugins(*other).contains(&plugin));
     match (nearest(plugin, &known), elsewhere) {
@@ -72,6 +75,33 @@ fn instead(class: Class, plugin: &str) -> Option<&'static str> {
         (Class::Bsdf, "polarizer" | "retarder" | "circular" | "measured_polarized") => {
             "light is not polarised here"
         }
+        _ => return None,
+    })
+}
+
+/// What has taken the place of a plugin that Mitsuba had before version 2.
+fn formerly(class: Class, plugin: &str) -> Option<&'static str> {
+    Some(match (class, plugin) {
+        (Class::Bsdf, "roughdiffuse") => "Mitsuba 3 has none either: \"diffuse\" is the most like it",
+        (Class::Bsdf, "phong" | "ward") => {
+            "Mitsuba 3 has none either: \"roughplastic\" and \"roughconductor\" are the most like it"
+        }
+        (Class::Bsdf, "coating" | "roughcoating") => {
+            "Mitsuba 3 has none either: \"plastic\" and \"roughplastic\" are coats on a diffuse base"
+        }
+        (Class::Bsdf, "mixturebsdf") => "use \"blendbsdf\", which mixes two",
+        _ => return None,
+    })
+}
+
+/// What has taken the place of a property that Mitsuba had before version 2.
+pub(in crate::scene) fn formerly_property(class: Class, name: &str) -> Option<&'static str> {
+    Some(match (class, name) {
+        (Class::Medium, "sigma_a" | "sigma_s" | "sigmaA" | "sigmaS") => {
+            "Mitsuba 3 has sigma_t = sigma_a + sigma_s, and albedo = sigma_s / sigma_t"
+        }
+        (Class::Integrator, "strict_normals" | "strictNormals") => "leave it out, as for Mitsuba 3",
+        (Class::Bsdf, "ext_eta" | "extEta") => "give eta and k over this index, and leave it out",
         _ => return None,
     })
 }

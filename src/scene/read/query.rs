@@ -324,6 +324,9 @@ impl<'a> Query<'a> {
             _ => "not a name that this plugin knows".to_owned(),
         };
         let error = SceneError::at(&entry.name_place, problem, expected);
+        if let Some(remedy) = hints::formerly_property(self.object.class, name) {
+            return error.with_remedy(remedy);
+        }
         match hints::nearest(name, &known) {
             Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
             None if known.len() > 7 => error.with_remedy(format!("it knows {}", hints::listing(&known))),

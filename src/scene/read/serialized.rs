@@ -16,7 +16,7 @@ const MAGIC: u16 = 0x041c;
 const NORMALS: u32 = 0x1;
 const TEXTURE_COORDINATES: u32 = 0x2;
 const COLOURS: u32 = 0x8;
-const SINGLE: u32 = 0x1000;
+/// Without it numbers have single precision, whether or not the flag of that is there.
 const DOUBLE: u32 = 0x2000;
 
 /// No mesh is compressed better than this; a file that claims to be is a trap for the memory.
@@ -87,12 +87,6 @@ fn unpack(packed: &[u8], version: u16, options: MeshOptions) -> Result<MeshData,
     let mut stream = Stream { decoder: ZlibDecoder::new(packed), double: false };
     let flags = u32::from_le_bytes(stream.array()?);
     stream.double = flags & DOUBLE != 0;
-    if flags & (SINGLE | DOUBLE) == 0 {
-        return Err(MeshError::new(
-            format!("The flags {flags:#x} name no precision"),
-            "expected 0x1000 for single or 0x2000 for double precision among them",
-        ));
-    }
     if version == 4 {
         stream.skip_name()?;
     }
@@ -225,6 +219,7 @@ mod tests {
     use flate2::write::ZlibEncoder;
     use std::io::Write;
 
+    const SINGLE: u32 = 0x1000;
     const SMOOTH: MeshOptions = MeshOptions { face_normals: false, flip_tex_coords: false };
 
     /// A folded square, as written for Mitsuba 3.9.1, which read the same numbers from it.
@@ -273,7 +268,7 @@ mod tests {
     #[test]
     fn both_versions_and_precisions_are_read() {
         for version in [3, 4] {
-            for precision in [SINGLE, DOUBLE, SINGLE | DOUBLE] {
+            for precision in [0, SINGLE, DOUBLE, SINGLE | DOUBLE] {
                 let all = precision | NORMALS | TEXTURE_COORDINATES | COLOURS;
                 let file = file(version, &[packed(version, precision, [4, 2]), packed(version, all, [4, 2])]);
                 let plain = read(&file, 0, SMOOTH).unwrap().mesh;

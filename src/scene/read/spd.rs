@@ -31,11 +31,14 @@ pub(super) fn value(attribute: &Attribute) -> Result<Value, SceneError> {
                 TextProblem::TooFew(_) | TextProblem::NotNanometres(_) => attribute.place.clone(),
                 _ => attribute.part(error.offset, length),
             };
-            Err(wrong(
-                &place,
-                &error.problem,
-                "write pairs without blanks around the colon: 400:0.1, 700:0.9",
-            ))
+            let remedy = match error.problem {
+                TextProblem::NotANumber(_) => "write numbers as 0.1 or 1e-3, with nothing behind them",
+                TextProblem::NoColon(_) => {
+                    "write pairs of wavelength and value, as in 400:0.1, 700:0.9; a colour is an <rgb>"
+                }
+                _ => "write pairs without blanks around the colon: 400:0.1, 700:0.9",
+            };
+            Err(wrong(&place, &error.problem, remedy))
         }
     }
 }

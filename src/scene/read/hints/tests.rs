@@ -11,6 +11,18 @@ fn the_nearest_name_is_found_or_none() {
 }
 
 #[test]
+fn what_older_files_say_is_known() {
+    let remedy = |plugin| {
+        let place = Place { file: 0, span: 0..0 };
+        unknown_plugin(Class::Bsdf, plugin, &place).remedy.unwrap_or_default()
+    };
+    assert!(remedy("roughdiffuse").contains("\"diffuse\""));
+    assert!(remedy("coating").contains("\"plastic\""));
+    let remedy = formerly_property(Class::Medium, "sigma_s").unwrap();
+    assert!(remedy.contains("sigma_a + sigma_s"));
+}
+
+#[test]
 fn lists_read_well() {
     assert_eq!(either(&["a", "b", "c"]), "a, b or c");
     assert_eq!(either(&["a"]), "a");

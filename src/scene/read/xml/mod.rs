@@ -183,11 +183,14 @@ impl Builder<'_> {
     fn refuse_text(&mut self, node: Node<'_, '_>) {
         let range = node.range();
         let text = self.source(node, range.clone());
-        let trimmed = text.trim();
+        // Blanks and marks without width, which pages on the web leave in what is copied from them.
+        let unseen =
+            |c: char| c.is_whitespace() || matches!(c, '\u{200b}'..='\u{200d}' | '\u{2060}' | '\u{feff}');
+        let trimmed = text.trim_matches(unseen);
         if trimmed.is_empty() {
             return;
         }
-        let start = range.start + (text.len() - text.trim_start().len());
+        let start = range.start + (text.len() - text.trim_start_matches(unseen).len());
         let line = trimmed.lines().next().map_or(0, |line| line.trim_end().len());
         let place = Place { file: self.file, span: start..start + line };
         self.error(
