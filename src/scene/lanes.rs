@@ -262,11 +262,15 @@ impl Scene {
         !features.medium_stack && !features.absorption && !features.interface_events()
     }
 
-    /// Whether what rays of a kind meet first is a surface unless [`Self::interfaces`] says otherwise, and
-    /// nothing on the way to it counts.
+    /// Whether what rays of a kind meet first is a surface unless [`Self::interfaces`] says otherwise. Where
+    /// they are in no medium, nothing on the way to it counts.
     pub fn meets_at_once(&self, kind: RayKind) -> bool {
-        let hides = kind == RayKind::Camera && self.limits.hide_emitters;
-        !hides && !self.features.absorption
+        !(kind == RayKind::Camera && self.limits.hide_emitters)
+    }
+
+    /// Whether what a lane has met is the surface of a body.
+    pub fn is_of_body(&self, found: &Intersections, lane: usize) -> bool {
+        self.body_of(&found.hits.get(lane)).is_some()
     }
 
     /// The lanes that may have met several surfaces at once, or a boundary of bodies: what becomes of their

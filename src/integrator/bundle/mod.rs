@@ -18,7 +18,7 @@ use super::weights::{late_survival, light_sample_weights, roulette_survival, sca
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{
-    LANES, Mask, REGISTERS, Real, Register, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set,
+    LANES, Mask, REGISTERS, Real, Register, Row, Truth, WIDTH, ZERO, get, lanes_of, mask_of, part, set,
 };
 use crate::light::{LampLight, LightSamples, Lit, Receiver, Receivers};
 use crate::material::Shading;
@@ -179,8 +179,9 @@ impl<'a, const C: usize> Bundle<'a, C> {
         let (scene, kind) = (self.scene, self.kind());
         let mut alone = self.alive;
         if scene.meets_at_once(kind) {
-            scene.intersect_in_lanes(&self.rays, self.time, kind, self.alive, found);
-            alone = if self.is_plain { 0 } else { scene.interfaces(found) };
+            alone = self.within_media(self.alive);
+            scene.intersect_in_lanes(&self.rays, self.time, kind, self.alive & !alone, found);
+            alone |= if self.is_plain { 0 } else { scene.interfaces(found) };
         } else {
             found.clear(self.time);
         }
@@ -195,6 +196,14 @@ impl<'a, const C: usize> Bundle<'a, C> {
                 *media = path.media;
             }
         }
+    }
+
+    /// The lanes, among some, whose paths are in a medium that absorbs.
+    fn within_media(&self, lanes: Mask) -> Mask {
+        if !self.scene.features().absorption {
+            return 0;
+        }
+        mask_of(lanes_of(lanes).filter(|&lane| self.scene.medium(&self.media(lane).here).is_some()))
     }
 
     /// Light from beyond the scene along the rays that meet no surface, whose paths end; see
@@ -362,14 +371,14 @@ impl<'a, const C: usize> Bundle<'a, C> {
         light: &mut SampledLanes<C>,
     ) {
         let (scene, shadow_rays) = (self.scene, &samples.rays);
-        let mut unsure = asked;
-        if !scene.features().absorption {
-            // What nothing is in the way of arrives, whatever surfaces may mean.
-            unsure = scene.occluded_in_lanes(RayKind::Shadow, shadow_rays, self.time, asked);
-            if self.is_plain && !scene.features().transparent_shadows {
-                light.keep(!unsure);
-                return;
-            }
+        let absorbed = self.within_media(asked) | self.at_bodies(surfaces, asked);
+        // What nothing is in the way of arrives, whatever surfaces may mean.
+        let occluded = scene.occluded_in_lanes(RayKind::Shadow, shadow_rays, self.time, asked & !absorbed);
+        let features = scene.features();
+        let mut unsure = absorbed | occluded;
+        if !features.interface_events() && !features.transparent_shadows {
+            light.keep(!occluded);
+            unsure = absorbed;
         }
         for lane in lanes_of(unsure) {
             let (media, hit) = (self.media(lane), surfaces.hits.get(scene, lane));
@@ -379,6 +388,15 @@ impl<'a, const C: usize> Bundle<'a, C> {
             let passage = scene.passage(&shadow_ray, self.time, &around, self.wavelengths(lane), crossings);
             light.set(lane, &(light.get(lane) * passage.transmittance));
         }
+    }
+
+    /// The lanes, among some, at the surfaces of bodies, where media absorb: behind it light samples lead
+    /// through what is in the body.
+    fn at_bodies(&self, surfaces: &Surfaces<C>, lanes: Mask) -> Mask {
+        if !self.scene.features().absorption {
+            return 0;
+        }
+        mask_of(lanes_of(lanes).filter(|&lane| self.scene.is_of_body(&surfaces.hits, lane)))
     }
 
     /// Leaves the surfaces in the directions that were sampled there, in which alone paths go on; see
