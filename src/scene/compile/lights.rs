@@ -203,7 +203,8 @@ impl Compiler<'_> {
         media: &[&medium::Emission],
         lit: &Lit,
     ) -> f64 {
-        let &Lit { accel, eyes, scene_radius, time } = lit;
+        let &Lit { accel, bounds, eyes, time } = lit;
+        let scene_radius = 0.5 * bounds.diameter();
         /// Spots that are so many times as bright as the whole fit beside it.
         const HEAD: f64 = 256.0;
         /// Rays for all lights that need them.
@@ -224,8 +225,6 @@ impl Compiler<'_> {
             let in_bins = BINS * spectrum.integral(self.options.range) / self.options.range.width();
             responses.fold(if self.options.spectral { y.max(in_bins) } else { y }, f64::max)
         };
-        // A floor may reach far, and what a light shines upon be near it.
-        let far = scene_radius / 64.0;
         // The share of all directions that it fills from so far away.
         let share = |geometry: &AreaGeometry, distance: f64| {
             geometry.world_area(time) / (4.0 * PI * distance * distance)
@@ -239,6 +238,8 @@ impl Compiler<'_> {
         };
         let rays = (MOST_RAYS / lights.iter().filter(needs_rays).count().max(1)).clamp(1, 256) as u32;
         let area = |position: Vec3| {
+            // A floor may reach far, and what a light shines upon be near it, but no nearer than all there is.
+            let far = (scene_radius / 64.0).max(bounds.gap(Bounds::of([position])));
             let near = nearest(accel, position, 0.0, time, rays).clamp(far / 4096.0, far);
             4.0 * PI * (near * near).max(f64::MIN_POSITIVE)
         };
@@ -350,9 +351,10 @@ fn surroundings(environment: &Environment, scene_radius: f64) -> (&Spectrum, f64
 pub(super) struct Lit<'a> {
     /// Says what lights without extent, and small ones, may be near.
     pub accel: &'a Accel,
+    /// Around all that they may shine upon.
+    pub bounds: Bounds,
     /// Where camera rays begin.
     pub eyes: Bounds,
-    pub scene_radius: f64,
     /// When it is looked at.
     pub time: f64,
 }

@@ -163,13 +163,12 @@ impl<'a> Compiler<'a> {
             !emitting.is_empty() || media.iter().flatten().any(|medium| medium.scattering.is_some());
 
         // Wavelengths, and the choice among lights by them.
-        let scene_radius = 0.5
-            * match scattering {
-                false => accel.bounds(),
-                // Fog is seen where there is no surface, too.
-                true => accel.bounds().union(camera.origins(during)).union(lights::places(&lights)),
-            }
-            .diameter();
+        let lit_bounds = match scattering {
+            false => accel.bounds(),
+            // Fog is seen where there is no surface, too.
+            true => accel.bounds().union(camera.origins(during)).union(lights::places(&lights)),
+        };
+        let scene_radius = 0.5 * lit_bounds.diameter();
         let integrator = self.integrator();
         let responses = self.responses(&camera, &film);
         let wavelengths = match integrator {
@@ -244,7 +243,7 @@ impl<'a> Compiler<'a> {
         let (reference_radiance, warnings) = match integrator {
             Integrator::Depth => (accel.bounds().union(eyes).diameter(), Vec::new()),
             Integrator::Path | Integrator::Walk => {
-                let lit = lights::Lit { accel: &accel, eyes, scene_radius, time: shutter.time(0.5) };
+                let lit = lights::Lit { accel: &accel, bounds: lit_bounds, eyes, time: shutter.time(0.5) };
                 let reference = self.reference(&film, &lights, &emitting, &lit);
                 (reference, self.dark(reference, &lights).into_iter().collect())
             }
