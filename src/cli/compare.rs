@@ -1,6 +1,7 @@
 use super::{Failure, is_same};
 use abbe::compare::{Comparison, Condition, Map, MapKind, Options, Unmet, compare, flip};
-use abbe::output::{exr, png};
+use abbe::output::exr::{self, Channels};
+use abbe::output::png;
 use std::path::{Path, PathBuf};
 
 /// Compare a picture with a reference: error figures, colour difference, FLIP, and a test for bias
@@ -70,13 +71,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return refused(path, "two pictures would go into one file", "give each a name of its own");
         }
     }
-    let (a, b) = (of_files(paths[0], exr::read)?, of_files(paths[1], exr::read)?);
-    let layouts = (of_files(paths[0], exr::layout)?, of_files(paths[1], exr::layout)?);
+    let (a, b) = (pictures(paths[0])?, pictures(paths[1])?);
     let options =
         Options { white: args.white, pixels_per_degree: args.ppd.unwrap_or(flip::PIXELS_PER_DEGREE) };
-    let mut comparison =
-        compare(&a, &b, &options).map_err(|mismatch| Failure::Input(mismatch.to_string()))?;
-    comparison.tell_layouts([&layouts.0, &layouts.1]);
+    let comparison = compare(&a, &b, &options).map_err(|mismatch| Failure::Input(mismatch.to_string()))?;
     let met = met(&args.fail_if, &comparison)?;
     let maps = maps
         .into_iter()
@@ -136,10 +134,10 @@ impl Args {
     }
 }
 
-/// What `read` finds in each file.
-fn of_files<T>(files: &[PathBuf], read: fn(&Path) -> std::io::Result<T>) -> Result<Vec<T>, Failure> {
+/// The picture of each file.
+fn pictures(files: &[PathBuf]) -> Result<Vec<Channels>, Failure> {
     let found = files.iter().map(|path| {
-        read(path).map_err(|error| {
+        exr::read(path).map_err(|error| {
             Failure::Input(format!(
                 "error: {}: {error}\nhelp: expected an OpenEXR file with flat channels, as abbe render writes it",
                 path.display()

@@ -180,8 +180,9 @@ pub fn compare(a: &[Channels], b: &[Channels], options: &Options) -> Result<Comp
         assumptions: Vec::new(),
         notes: Vec::new(),
     };
-    comparison.assumptions = assumptions(&comparison);
-    comparison.notes = notes(&comparison, &pair, [a, b]);
+    let pictures = pictures([a, b]);
+    comparison.assumptions = assumptions(&comparison, &pictures);
+    comparison.notes = notes(&comparison, &pair, &pictures);
     Ok(comparison)
 }
 
@@ -211,36 +212,6 @@ impl Comparison {
     }
 }
 
-impl Comparison {
-    /// Adds what is to be known of the files beyond the channels that are compared: how they lie in their
-    /// films, and what else is in them.
-    pub fn tell_layouts(&mut self, sides: [&[Layout]; 2]) {
-        let mut first: Option<(String, [i32; 2])> = None;
-        let mut apart = None;
-        for (side, layouts) in sides.into_iter().enumerate() {
-            for (index, Layout { offset, other_parts }) in layouts.iter().enumerate() {
-                let label = pair::label(side, index, layouts.len());
-                if !other_parts.is_empty() {
-                    let parts = other_parts.join(", ");
-                    self.notes.push(format!("{label} is the first part of its file; it also has {parts}"));
-                }
-                match &first {
-                    None => first = Some((label, *offset)),
-                    Some((of_first, [x, y])) if [*x, *y] != *offset && apart.is_none() => {
-                        let [own_x, own_y] = offset;
-                        apart = Some(format!(
-                            "{of_first} begins at pixel {x},{y} of its film and {label} at {own_x},{own_y} (their data \
-                             windows differ): they are taken to show the same"
-                        ));
-                    }
-                    Some(_) => {}
-                }
-            }
-        }
-        self.assumptions.extend(apart);
-    }
-}
-
 /// The good pixels in which A exceeds B the most.
 fn outliers(pair: &Pair, good: &[bool]) -> Vec<Outlier> {
     let Some(Channel { a, b, .. }) = pair.channels.get(pair.middle()) else { return Vec::new() };
@@ -254,7 +225,16 @@ fn outliers(pair: &Pair, good: &[bool]) -> Vec<Outlier> {
     pixels.into_iter().take(OUTLIERS).map(outlier).collect()
 }
 
-fn assumptions(comparison: &Comparison) -> Vec<String> {
+/// All pictures of both sides, with what messages call them.
+fn pictures(sides: [&[Channels]; 2]) -> Vec<(String, &Channels)> {
+    let named = |side: usize| {
+        let count = sides[side].len();
+        sides[side].iter().enumerate().map(move |(i, picture)| (pair::label(side, i, count), picture))
+    };
+    named(0).chain(named(1)).collect()
+}
+
+fn assumptions(comparison: &Comparison, pictures: &[(String, &Channels)]) -> Vec<String> {
     let mut assumptions = Vec::new();
     for (side, name) in SIDES.into_iter().enumerate() {
         let (own, other) = (comparison.noise[side], comparison.noise[1 - side]);
@@ -271,10 +251,19 @@ fn assumptions(comparison: &Comparison) -> Vec<String> {
             ));
         }
     }
+    let [(of_first, first), others @ ..] = pictures else { return assumptions };
+    let Layout { offset: [x, y], .. } = first.layout;
+    if let Some((label, apart)) = others.iter().find(|(_, other)| other.layout.offset != [x, y]) {
+        let [own_x, own_y] = apart.layout.offset;
+        assumptions.push(format!(
+            "{of_first} begins at pixel {x},{y} of its film and {label} at {own_x},{own_y} (their data windows differ): \
+             they are taken to show the same"
+        ));
+    }
     assumptions
 }
 
-fn notes(comparison: &Comparison, pair: &Pair, sides: [&[Channels]; 2]) -> Vec<String> {
+fn notes(comparison: &Comparison, pair: &Pair, pictures: &[(String, &Channels)]) -> Vec<String> {
     let mut notes = Vec::new();
     let pixels = comparison.width * comparison.height;
     for (name, count) in SIDES.into_iter().zip(comparison.bad) {
@@ -313,12 +302,6 @@ fn notes(comparison: &Comparison, pair: &Pair, sides: [&[Channels]; 2]) -> Vec<S
                 .to_owned(),
         );
     }
-    let pictures: Vec<(String, &Channels)> = (0..2)
-        .flat_map(|side| {
-            let count = sides[side].len();
-            sides[side].iter().enumerate().map(move |(i, picture)| (pair::label(side, i, count), picture))
-        })
-        .collect();
     for (i, (first, a)) in pictures.iter().enumerate() {
         for (second, b) in &pictures[i + 1..] {
             let same = |name: &str| a.attribute(name).is_some_and(|value| b.attribute(name) == Some(value));
@@ -328,6 +311,12 @@ fn notes(comparison: &Comparison, pair: &Pair, sides: [&[Channels]; 2]) -> Vec<S
                      say little"
                 ));
             }
+        }
+    }
+    for (label, Channels { layout, .. }) in pictures {
+        if !layout.other_parts.is_empty() {
+            let parts = layout.other_parts.join(", ");
+            notes.push(format!("{label} is the first part of its file; it also has {parts}"));
         }
     }
     notes

@@ -305,7 +305,7 @@ mod tests {
             let blocks: Vec<f64> = (0..36).map(|_| 1.0 + 0.2 * normal()).collect();
             let values = (0..576).map(|i| blocks[i / 96 * 6 + i % 24 / 4] as f32).collect();
             let channels = vec![("Y".to_owned(), values)];
-            Channels { width: 24, height: 24, channels, half: Vec::new(), attributes: Vec::new() }
+            Channels { width: 24, height: 24, channels, ..Channels::default() }
         };
         let trials = 200;
         let mut alarms = [0, 0];

@@ -161,8 +161,7 @@ mod tests {
             width: 1,
             height: 1,
             channels: vec![("depth".to_owned(), vec![1.0])],
-            half: Vec::new(),
-            attributes: Vec::new(),
+            ..Channels::default()
         };
         assert_eq!(
             Reference::from_channels(&file, [1, 1]),

@@ -3,7 +3,7 @@
 
 use crate::common::folder::{Folder, stderr, stdout};
 use abbe::compare::{Options, compare};
-use abbe::output::exr::{Channels, Layout, write_channels};
+use abbe::output::exr::{Channels, write_channels};
 use serde_json::Value;
 use std::slice::from_ref;
 
@@ -210,8 +210,8 @@ fn what_is_called_detectable_is_found_in_nine_of_ten() {
             width: 8,
             height: 8,
             channels: vec![("Y".to_owned(), values), ("error.Y".to_owned(), errors)],
-            half: Vec::new(),
             attributes: vec![("abbe.replicates".to_owned(), "4".to_owned())],
+            ..Channels::default()
         }
     };
     let options = Options { pixels_per_degree: 1.0, ..Options::default() };
@@ -236,7 +236,7 @@ fn what_is_called_detectable_is_found_in_nine_of_ten() {
 /// A file of 2 × 2 pixels.
 fn small(channels: &[(&str, [f32; 4])]) -> Channels {
     let channels = channels.iter().map(|(name, values)| ((*name).to_owned(), values.to_vec())).collect();
-    Channels { width: 2, height: 2, channels, half: Vec::new(), attributes: Vec::new() }
+    Channels { width: 2, height: 2, channels, ..Channels::default() }
 }
 
 #[test]
@@ -379,14 +379,10 @@ fn pictures_of_different_parts_are_told() {
     assert!(warned.contains(note), "{warned}");
     assert!(found["notes"][0].as_str().is_some_and(|told| told.contains(note)), "{found}");
     assert_eq!(compared(&folder, &["part.exr", "same.exr"]).1, "");
-    let mut found =
-        compare(&[folder.picture("part.exr")], &[folder.picture("same.exr")], &Options::default())
-            .expect("files that can be compared");
-    let layout = |other: &[&str]| Layout {
-        offset: [0, 0],
-        other_parts: other.iter().map(|name| (*name).to_owned()).collect(),
-    };
-    found.tell_layouts([&[layout(&["depth", "diffuse"])], &[layout(&[])]]);
+    let mut first = folder.picture("part.exr");
+    first.layout.other_parts = ["depth", "diffuse"].map(str::to_owned).to_vec();
+    let found = compare(&[first], &[folder.picture("same.exr")], &Options::default())
+        .expect("files that can be compared");
     assert_eq!(found.notes, ["A is the first part of its file; it also has depth, diffuse"]);
     assert!(found.assumptions.is_empty(), "{:?}", found.assumptions);
 }

@@ -84,10 +84,8 @@ impl Seen {
 
 impl Page {
     pub fn new(title: &str) -> Self {
-        let nothing =
-            Channels { width: 0, height: 0, channels: Vec::new(), half: Vec::new(), attributes: Vec::new() };
         let shown = Shown {
-            picture: Arc::new(Seen::Growing(nothing)),
+            picture: Arc::new(Seen::Growing(Channels::default())),
             version: 0,
             progress: 0.0,
             is_done: false,
@@ -224,7 +222,7 @@ fn colours(film: &Film) -> Channels {
     let samples = film.shown().map(|(x, y)| film.samples(x, y) as f32);
     channels.push(("samples".to_owned(), samples.collect()));
     let [width, height] = film.extent.shown.size.map(|size| size as usize);
-    Channels { width, height, channels, half: Vec::new(), attributes: Vec::new() }
+    Channels { width, height, channels, ..Channels::default() }
 }
 
 /// All of a pixel, by the names that the file will have.

@@ -16,7 +16,7 @@ mod writing;
 use super::{Content, Picture, error_bars};
 use crate::film::{PictureNoise, Quantity};
 use exr::prelude::*;
-pub use reading::{Channels, Layout, layout, read};
+pub use reading::{Channels, Layout, read};
 use smallvec::SmallVec;
 use std::collections::HashMap;
 use std::io::Cursor;

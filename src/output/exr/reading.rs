@@ -6,7 +6,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// What [`read()`] finds in a file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channels {
     /// Columns.
     pub width: usize,
@@ -18,6 +18,8 @@ pub struct Channels {
     pub half: Vec<String>,
     /// Name and value of the attributes that are text, in the order of the names.
     pub attributes: Vec<(String, String)>,
+    /// Which part of which picture they are.
+    pub layout: Layout,
 }
 
 impl Channels {
@@ -67,6 +69,7 @@ pub fn read(path: &Path) -> std::io::Result<Channels> {
     let bytes = std::fs::read(path)?;
     let reader = exr::block::read(Cursor::new(bytes.as_slice()), false).map_err(damaged)?;
     checked(reader.meta_data(), bytes.len() as u64)?;
+    let layout = layout(&reader.meta_data().headers)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -91,7 +94,7 @@ pub fn read(path: &Path) -> std::io::Result<Channels> {
     let mut attributes: Vec<(String, String)> = own.filter_map(text).collect();
     attributes.sort();
     let named = list.into_iter().map(|c| (decoded(&c.name), c.sample_data.values_as_f32().collect()));
-    Ok(Channels { width: size.0, height: size.1, channels: named.collect(), half, attributes })
+    Ok(Channels { width: size.0, height: size.1, channels: named.collect(), half, attributes, layout })
 }
 
 /// Which part of which picture the channels are that [`read()`] finds.
@@ -103,12 +106,8 @@ pub struct Layout {
     pub other_parts: Vec<String>,
 }
 
-/// Reads where the picture of a file stands, and what else the file holds.
-///
-/// # Errors
-/// What makes the file unreadable, or that it has no flat channels.
-pub fn layout(path: &Path) -> std::io::Result<Layout> {
-    let headers = exr::meta::MetaData::read_from_file(path, false).map_err(damaged)?.headers;
+/// Where the picture of a file with these headers stands, and what else the file holds.
+fn layout(headers: &[exr::meta::header::Header]) -> std::io::Result<Layout> {
     let Some(read) = headers.iter().position(|header| !header.deep) else {
         return Err(std::io::Error::other("the file has no flat channels"));
     };
@@ -169,8 +168,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("parts.exr");
         image.write().to_file(&path).expect("a file can be written");
-        assert_eq!(read(&path).expect("a picture").channel("Y"), Some(&[1.0; 4][..]));
-        let expected = Layout { offset: [8, 4], other_parts: vec!["depth".to_owned()] };
-        assert_eq!(layout(&path).expect("a picture"), expected);
+        let found = read(&path).expect("a picture");
+        assert_eq!(found.channel("Y"), Some(&[1.0; 4][..]));
+        assert_eq!(found.layout, Layout { offset: [8, 4], other_parts: vec!["depth".to_owned()] });
     }
 }
