@@ -6,7 +6,7 @@
 
 use super::{Extent, Film, FixedPoint, Measured, Region, Sums, WEIGHT};
 use rayon::prelude::*;
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
 
 /// A linear function of the channels of a film.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +39,39 @@ pub struct PictureNoise {
     pub tiles: Vec<f64>,
     /// The same as nets tell them (see [`Film::nets`]); empty where there are none.
     pub tiles_of_nets: Vec<f64>,
+    /// What runs and nets tell of the sums over squares of 1, 2, 4 and 8 pixels; 0 where there are no nets.
+    pub squares: [Told; SIZES],
+}
+
+/// Sizes of squares within a tile: its pixels, and squares of twice the edge each, up to the tile.
+const SIZES: usize = NOISE_TILE.ilog2() as usize + 1;
+
+/// The variances of sums over squares of one size, added up: as runs of replicates tell them, and as nets do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Told {
+    /// The variances that runs tell.
+    pub runs: f64,
+    /// Their squares.
+    pub squares: f64,
+    /// The variances that nets tell.
+    pub nets: f64,
+}
+
+impl Told {
+    /// Adds a square. One whose variance is not known says nothing.
+    fn add(&mut self, runs: f64, nets: f64) {
+        if runs.is_finite() && nets.is_finite() {
+            self.runs += runs;
+            self.squares += runs * runs;
+            self.nets += nets;
+        }
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.runs += other.runs;
+        self.squares += other.squares;
+        self.nets += other.nets;
+    }
 }
 
 /// What [`Film::noise`] is made of, for several quantities at once and some rows at a time.
@@ -60,6 +93,7 @@ struct NoiseSum {
     /// As in [`PictureNoise`].
     tiles: Vec<f64>,
     tiles_of_nets: Vec<f64>,
+    squares: [Told; SIZES],
 }
 
 impl NoiseSums {
@@ -68,8 +102,8 @@ impl NoiseSums {
         let replicates = film.replicates;
         let empty = |quantity| {
             let (tiles, tiles_of_nets) = (Vec::new(), Vec::new());
-            let all = Sum::new(replicates);
-            (quantity, NoiseSum { all, found: 0.0, independent: 0.0, tiles, tiles_of_nets })
+            let (all, squares) = (Sum::new(replicates), Default::default());
+            (quantity, NoiseSum { all, found: 0.0, independent: 0.0, tiles, tiles_of_nets, squares })
         };
         let of_quantities = quantities.into_iter().map(empty).collect();
         Self { of_quantities, replicates, nets: film.nets(), tile_rows: 0 }
@@ -84,17 +118,18 @@ impl NoiseSums {
         let quantities: Vec<Quantity> = self.of_quantities.iter().map(|&(quantity, _)| quantity).collect();
         let rows = self.tile_rows..end;
         self.tile_rows = end.max(self.tile_rows);
-        let found: Vec<Vec<(Region, Vec<Sum>)>> =
+        let found: Vec<Vec<(Region, Vec<TileSum>)>> =
             rows.into_par_iter().map(|row| tiles_of_row(film, &quantities, row)).collect();
         for (tile, sums) in found.iter().flatten() {
             let is_whole = tile.pixel_count() == Region::whole([NOISE_TILE; 2]).pixel_count();
-            for ((_, noise), sum) in self.of_quantities.iter_mut().zip(sums) {
+            for ((_, noise), TileSum { sum, squares }) in self.of_quantities.iter_mut().zip(sums) {
                 if is_whole && sum.independent.is_finite() {
                     noise.found += sum.variance(self.replicates);
                     noise.independent += sum.independent;
                 }
                 noise.tiles.push(sum.variance(self.replicates));
                 noise.tiles_of_nets.extend(self.nets.map(|nets| sum.variance(nets)));
+                noise.squares.iter_mut().zip(squares).for_each(|(all, &own)| all.merge(own));
                 noise.all.merge(sum);
             }
         }
@@ -107,31 +142,58 @@ impl NoiseSums {
             of_tiles: (noise.independent > 0.0).then(|| noise.found / noise.independent),
             tiles: noise.tiles,
             tiles_of_nets: noise.tiles_of_nets,
+            squares: noise.squares,
         };
         self.of_quantities.into_iter().map(told).collect()
     }
 }
 
 /// The tiles of a row of them, each with the sums of its pixels.
-fn tiles_of_row(film: &Film, quantities: &[Quantity], row: u32) -> Vec<(Region, Vec<Sum>)> {
-    let Extent { measured, shown, .. } = film.extent;
+fn tiles_of_row(film: &Film, quantities: &[Quantity], row: u32) -> Vec<(Region, Vec<TileSum>)> {
+    let Extent { shown, .. } = film.extent;
     let top = row * NOISE_TILE;
     let row = Region {
         offset: [shown.offset[0], shown.offset[1] + top],
         size: [shown.size[0], NOISE_TILE.min(shown.size[1] - top)],
     };
-    let of_tile = |tile: Region| {
-        let mut sums: Vec<Sum> = quantities.iter().map(|_| Sum::new(film.replicates)).collect();
-        for [x, y] in tile.pixels().filter_map(|pixel| measured.within(pixel)) {
-            // Pixel by pixel: the bins of a pixel lie together.
-            let pixel = film.pixel(x, y);
-            for (sum, &quantity) in sums.iter_mut().zip(quantities) {
-                sum.add(&pixel, quantity);
+    row.tiles(NOISE_TILE).map(|tile| (tile, TileSum::of(film, quantities, tile, SIZES - 1))).collect()
+}
+
+/// The sum over a tile or over a square within it, and what is told of it and of all squares within it.
+#[derive(Debug)]
+struct TileSum {
+    sum: Sum,
+    squares: [Told; SIZES],
+}
+
+impl TileSum {
+    /// For each quantity, over a square with an edge of 2^`size` pixels, or what there is of it at a border.
+    fn of(film: &Film, quantities: &[Quantity], square: Region, size: usize) -> Vec<Self> {
+        let empty = || Self { sum: Sum::new(film.replicates), squares: Default::default() };
+        let mut found: Vec<Self> = quantities.iter().map(|_| empty()).collect();
+        if size == 0 {
+            for [x, y] in square.pixels().filter_map(|pixel| film.extent.measured.within(pixel)) {
+                // Pixel by pixel: the bins of a pixel lie together.
+                let pixel = film.pixel(x, y);
+                for (own, &quantity) in found.iter_mut().zip(quantities) {
+                    own.sum.add(&pixel, quantity);
+                }
+            }
+        } else {
+            for quarter in square.tiles(1 << (size - 1)) {
+                for (own, part) in found.iter_mut().zip(Self::of(film, quantities, quarter, size - 1)) {
+                    own.sum.merge(&part.sum);
+                    own.squares.iter_mut().zip(part.squares).for_each(|(all, part)| all.merge(part));
+                }
             }
         }
-        (tile, sums)
-    };
-    row.tiles(NOISE_TILE).map(of_tile).collect()
+        if let Some(nets) = film.nets() {
+            for Self { sum, squares } in &mut found {
+                squares[size].add(sum.variance(film.replicates), sum.variance(nets));
+            }
+        }
+        found
+    }
 }
 
 /// The sum over some pixels of a quantity.
@@ -140,14 +202,14 @@ struct Sum {
     pixels: f64,
     sum: f64,
     /// By replicate: by how much it is above the others, to first order.
-    deviations: Vec<f64>,
+    deviations: Replicates,
     /// What the pixels' own variances add up to.
     independent: f64,
 }
 
 impl Sum {
     fn new(replicates: u32) -> Self {
-        Self { pixels: 0.0, sum: 0.0, deviations: vec![0.0; replicates as usize], independent: 0.0 }
+        Self { pixels: 0.0, sum: 0.0, deviations: smallvec![0.0; replicates as usize], independent: 0.0 }
     }
 
     /// Adds a pixel. One without samples makes the error infinite.
@@ -445,6 +507,7 @@ mod tests {
                 of_tiles: None,
                 tiles: vec![f64::INFINITY],
                 tiles_of_nets: Vec::new(),
+                squares: Default::default(),
             }
         );
     }

@@ -27,7 +27,7 @@ pub use extras::{Extras, SpectralBins};
 pub use filter::{FilterKind, FilterSampler, Footprint};
 pub use fixed_point::FixedPoint;
 use light::LightPaths;
-pub use means::{NOISE_TILE, NoiseSums, PictureNoise, Pixel, Quantity};
+pub use means::{NOISE_TILE, NoiseSums, PictureNoise, Pixel, Quantity, Told};
 pub use parts::Row;
 pub use region::{Extent, Region};
 use serde::{Deserialize, Serialize};

@@ -7,7 +7,7 @@
 //! samples it does not get better: the skewness is that of the mean of all samples.
 //! `validation/noise/coverage` measures what this does.
 
-use crate::film::Region;
+use crate::film::{Region, Told};
 use std::collections::BTreeMap;
 
 /// Weight of a pixel's own variance. The rest is that of the mean of its neighbours, up to eight.
@@ -97,22 +97,23 @@ pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: O
 }
 
 /// How much of the variance that runs of nets tell of a mean over a picture is right, going by the variances
-/// of sums over its tiles: as runs tell them, and as nets do. Nets complete a mean over all tiles no worse
-/// than one over a tile. 1 where there are no nets.
-pub fn share_of_mean(runs: &[f64], of_nets: &[f64]) -> f64 {
-    /// Tiles whose nets are taken to agree with their runs: where few tiles have all the noise, these tell
-    /// little.
+/// of sums over its pixels and over squares of twice the edge each: as runs tell them, and as nets do. 1 where
+/// there are no nets.
+///
+/// The larger the squares, the more is known of how nets complete a mean, and the fewer squares say it: few
+/// tiles may have all the noise of a picture. So what squares of one size say is expected of those of the
+/// next.
+pub fn share_of_mean(sizes: &[Told]) -> f64 {
+    /// Squares that are taken to be as expected.
     const PRIOR: f64 = 4.0;
-    let known = runs.iter().zip(of_nets).filter(|(run, net)| run.is_finite() && net.is_finite());
-    let (mut sum, mut squares, mut nets) = (0.0, 0.0, 0.0);
-    for (run, net) in known {
-        (sum, squares, nets) = (sum + run, squares + run * run, nets + net);
-    }
-    let tiles = sum * sum / squares;
-    match tiles.is_finite() {
-        true => (PRIOR + tiles * nets / sum) / (PRIOR + tiles),
-        false => 1.0,
-    }
+    sizes.iter().fold(1.0, |expected, told| {
+        // So many squares would say as much if all had the same noise.
+        let squares = told.runs * told.runs / told.squares;
+        match squares.is_finite() {
+            true => (PRIOR * expected + squares * told.nets / told.runs) / (PRIOR + squares),
+            false => expected,
+        }
+    })
 }
 
 /// By how much neighbours raise the degrees of freedom of a variance where they are alike: those of Welch and
@@ -160,14 +161,18 @@ mod tests {
     }
 
     #[test]
-    fn a_mean_is_as_certain_as_its_tiles_say() {
-        let (runs, nets) = ([2.0; 36], [0.5; 36]);
-        assert_eq!(share_of_mean(&runs, &nets), (4.0 + 36.0 / 4.0) / 40.0);
-        // One tile has all the noise.
-        let (mut runs, mut nets) = ([1e-9; 36], [1e-9; 36]);
-        (runs[3], nets[3]) = (1.0, 1e-3);
-        assert!((share_of_mean(&runs, &nets) - 0.8).abs() < 1e-3);
-        assert_eq!([share_of_mean(&runs, &[]), share_of_mean(&[0.0; 4], &[0.0; 4])], [1.0; 2]);
+    fn a_mean_is_as_certain_as_its_squares_say() {
+        let alike = |squares: f64, share: f64| Told {
+            runs: 2.0 * squares,
+            squares: 4.0 * squares,
+            nets: 2.0 * squares * share,
+        };
+        assert_eq!(share_of_mean(&[alike(36.0, 0.25)]), (4.0 + 36.0 / 4.0) / 40.0);
+        // One tile has all the noise, and its many pixels say what becomes of it.
+        let pixels = (4.0 + 396.0 * 0.3) / 400.0;
+        let found = share_of_mean(&[alike(396.0, 0.3), alike(1.0, 1e-3)]);
+        assert!((found - (4.0 * pixels + 1e-3) / 5.0).abs() < 1e-12, "{found}");
+        assert_eq!([share_of_mean(&[]), share_of_mean(&[Told::default(); 4])], [1.0; 2]);
     }
 
     #[test]

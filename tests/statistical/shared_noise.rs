@@ -1,10 +1,10 @@
 //! Pixels that have noise in common, through the film's filter or through light subpaths that a group of them
 //! shares, raise no false alarm: the file says what they share.
 
-use crate::common::folder::Folder;
+use crate::common::folder::{Folder, of_repository};
 use abbe::compare::{Options, compare};
 use abbe::output::exr::Channels;
-use abbe::stats::uniformity;
+use abbe::stats::{Moments, uniformity};
 use std::slice::from_ref;
 
 /// A diffuse corner under a lamp that lights most of it by way of a wall.
@@ -123,6 +123,26 @@ fn sharp_edges_raise_no_false_alarms() {
         let alarms = found.iter().filter(|p| p[test] < 0.05).count();
         assert!(alarms <= 5, "{alarms} alarms of test {test}: {found:?}");
     }
+}
+
+/// The error of the mean that files state is that of the mean, where the edge of a lamp has nearly all the
+/// noise. The spread of 64 means is known to 9 %.
+#[test]
+fn the_mean_errs_as_the_file_states() {
+    const SEEDS: u32 = 64;
+    let folder = Folder::new("mean-error");
+    let box_scene = of_repository("scenes/box/scene.xml");
+    let (mut means, mut stated) = (Moments::default(), Moments::default());
+    for seed in 1..=SEEDS {
+        let arguments = ["render", &box_scene, "--size", "24x24", "--spp", "16", "--seed", &seed.to_string()];
+        folder.ends(0, &[&arguments[..], &["--quiet", "-o", "x.exr"]].concat());
+        let picture = folder.picture("x.exr");
+        let green = picture.channel("G").expect("a green channel");
+        means.push(green.iter().map(|&value| f64::from(value)).sum::<f64>() / green.len() as f64);
+        stated.push(picture.mean_error("G").expect("it is stated").powi(2));
+    }
+    let times = (stated.mean() / means.variance()).sqrt();
+    assert!((0.8..1.45).contains(&times), "{times}");
 }
 
 /// What the file says of the noise that pixels share: nothing without replicates, and the same with any

@@ -117,7 +117,7 @@ fn attributes(
         let (mut errors, mut of_tiles, mut of_each) = (Vec::new(), Vec::new(), Vec::new());
         for (number, ((name, _), noise)) in quantities.iter().zip(noise).enumerate() {
             of_each.push(format!("{name}={}", tiles.told(number, noise)));
-            let share = error_bars::share_of_mean(&noise.tiles, &noise.tiles_of_nets);
+            let share = error_bars::share_of_mean(&noise.squares);
             let error = noise.mean.error * share.sqrt();
             if error.is_finite() {
                 errors.push(stated(name, error));

@@ -91,7 +91,8 @@ mod tests {
         // Tiles of 64, 8, 8 and 1 pixels: too few to moderate one another.
         let tiles = vec![64.0 * 4.0, 2.0 * 8.0 * 4.0, 4.0 * 8.0 * 4.0, 4.0];
         let mean = crate::film::Measured { mean: 0.0, error: 1.0 };
-        let found = PictureNoise { mean, of_tiles: None, tiles, tiles_of_nets: Vec::new() };
+        let (tiles_of_nets, squares) = (Vec::new(), Default::default());
+        let found = PictureNoise { mean, of_tiles: None, tiles, tiles_of_nets, squares };
         assert_eq!(read(&noise.told(0, &found)), [1.0, 2.0, 4.0, 1.0]);
     }
 }
