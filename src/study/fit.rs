@@ -15,12 +15,13 @@ pub struct Measurement {
 /// The line log RMSE = level + slope·log x, with what is needed for its intervals.
 ///
 /// Least squares on logarithms: the variance of log RMSE = ½ log relMSE is, to first order, (σ/relMSE)²/4
-/// with the standard error σ of the mean over replicates. All points weigh the same, by the mean of these:
-/// noise is skewed, so that a point which is too low by chance claims too small an error, and would weigh too
-/// much. Intervals use Student's t with as many degrees as all the replicates have. Where the points scatter
-/// about the line by more than that, as they do about every curve that is not quite a power law, the errors
-/// of the fit are enlarged by √(χ²/(n−2)) (Birge 1932), with n − 2 degrees. Where a point has no error, the
-/// scatter alone tells it.
+/// with the standard error σ of the mean over replicates. The logarithm of a mean is too low on average, to
+/// second order by (σ/relMSE)²/2, which is added: it is most where samples are few. Errors that are positive
+/// make σ/relMSE 1 at most. All points weigh the same, by the mean of these: noise is skewed, so that a point
+/// which is too low by chance claims too small an error, and would weigh too much. Intervals use Student's t
+/// with as many degrees as all the replicates have. Where the points scatter about the line by more than
+/// that, as they do about every curve that is not quite a power law, the errors of the fit are enlarged by
+/// √(χ²/(n−2)) (Birge 1932), with n − 2 degrees. Where a point has no error, the scatter alone tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
     /// Exponent of the power law: −½ for independent samples.
@@ -55,7 +56,8 @@ impl PowerLaw {
         let relative = |p: &&Measurement| p.relmse.variance / (p.relmse.mean * p.relmse.mean);
         let pooled = points.iter().map(relative).sum::<f64>() / points.len() as f64;
         let weight = if known { 4.0 / pooled } else { 1.0 };
-        let (x, y) = (|p: &Measurement| p.x.ln(), |p: &Measurement| 0.5 * p.relmse.mean.ln());
+        let x = |p: &Measurement| p.x.ln();
+        let y = |p: &Measurement| 0.5 * (p.relmse.mean.ln() + 0.5 * relative(&p).min(1.0));
         let sum =
             |value: &dyn Fn(&Measurement) -> f64| points.iter().map(|&p| weight * value(p)).sum::<f64>();
         let total = sum(&|_| 1.0);
@@ -117,7 +119,9 @@ mod tests {
             (0..6).map(|i| 4f64.powi(i)).map(|n| measurement(n, 0.3 * n.powf(-1.5), 0.05)).collect();
         let law = PowerLaw::fit(&points).expect("there are enough points");
         assert!((law.slope + 0.75).abs() < 1e-12 && law.reduced_chi_square < 1e-20, "{law:?}");
-        assert!((law.at(16.0) - (0.3f64 * 16f64.powf(-1.5)).sqrt()).abs() < 1e-12);
+        // Errors of 5 % make the logarithm of a mean too low by 0.05²/2.
+        let expected = (0.3f64 * 16f64.powf(-1.5) * (0.5f64 * 0.05 * 0.05).exp()).sqrt();
+        assert!((law.at(16.0) - expected).abs() < 1e-12);
         let (place, factor) = law.reaches(law.at(100.0)).expect("it falls");
         assert!((place - 100.0).abs() < 1e-9 && factor > 1.0 && factor < 1.2, "{place} {factor}");
         assert!(PowerLaw::fit(&points[..2]).is_none());
@@ -179,6 +183,34 @@ mod tests {
         }
         let fraction = covered as f64 / studies as f64;
         assert!((0.94..0.985).contains(&fraction), "{fraction}");
+    }
+
+    /// The mean of many slopes is the true one, where four replicates with exponential noise tell each point
+    /// and more samples average it. The bare logarithms of their means fall as n^−0.485.
+    #[test]
+    fn slopes_of_few_replicates_are_right_on_average() {
+        let slopes: Moments = (0..4000u64)
+            .map(|study| {
+                let mut counter = study << 32;
+                let mut exponential = || {
+                    counter += 1;
+                    -((mix(counter) >> 11) as f64 + 1.0).ln() + 53.0 * 2f64.ln()
+                };
+                let mut replicate = |n: u32| {
+                    let sum: f64 = (0..n).map(|_| exponential()).sum();
+                    sum / f64::from(n).powi(2)
+                };
+                let points: Vec<Measurement> = (0..4u32)
+                    .map(|i| {
+                        let n = 4u32.pow(i);
+                        let found: Moments = (0..4).map(|_| replicate(n)).collect();
+                        Measurement { x: f64::from(n), relmse: found.estimate() }
+                    })
+                    .collect();
+                PowerLaw::fit(&points).expect("there are enough points").slope
+            })
+            .collect();
+        assert!((slopes.mean() + 0.5).abs() < 0.005, "{} ± {}", slopes.mean(), slopes.estimate().error());
     }
 
     #[test]

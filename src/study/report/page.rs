@@ -278,7 +278,7 @@ fn method(out: &mut String, findings: &Findings) {
          reference's replicates and has been subtracted. What is told of a run is the mean over its replicates; its 95 % interval is from \
          their spread, by Student's t, of the logarithm to first order: where it is wide it is told as a factor (×/÷)."
             .to_owned(),
-        "Slopes are fitted to log RMSE by least squares. All points weigh the same, by the mean of their variances, which are (σ/relMSE)²/4 to \
+        "Slopes are fitted to log RMSE by least squares. The logarithm of a mean is too low by (σ/relMSE)²/2 on average, which is added. All points weigh the same, by the mean of their variances, which are (σ/relMSE)²/4 to \
          first order. Where the points scatter about the line by more than these say, the interval is enlarged by √(χ²/(n − 2)), with n − 2 \
          degrees of freedom. The regular grid has no variances: there the scatter alone tells."
             .to_owned(),
