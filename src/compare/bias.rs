@@ -153,7 +153,7 @@ impl<'a> Edges<'a> {
 
 /// The p-value of a pixel as one of many of which the smallest counts: an upper bound. Tails decide there,
 /// and those of few skewed samples are long: on the edge of a body some pixel has an error that is a quarter
-/// of what it should be, in any picture. So the variance is at least that of the pixels around, and what these
+/// of what it should be, in any picture. So the variance is at least that of the pixels around, and what they
 /// lend is no degree of freedom. What one sample more across the edge would change is added; where the number
 /// of samples is not known, the variance is at least twice that of the pixels around. Pictures of one scene
 /// then pass, whose edges are sharp (`tests/statistical/shared_noise.rs`).

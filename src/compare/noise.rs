@@ -133,8 +133,8 @@ impl<'a> Measurement<'a> {
             && self.pictures.iter().all(|picture| picture.errors.is_none_or(is_known))
     }
 
-    /// Samples of a pixel in all pictures that state errors; `None` where they are not known. Without end where
-    /// no picture's own samples tell the error.
+    /// Samples of a pixel in all pictures that state errors; `None` where they are not known. Without end
+    /// where no picture's own samples tell the error.
     pub(super) fn samples(&self, pixel: usize) -> Option<f64> {
         let of = |picture: &Stored| Some(f64::from(picture.samples?[pixel]));
         match self.noise {

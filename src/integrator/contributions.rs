@@ -233,8 +233,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
     }
 }
 
-/// How many surfaces a light sample may pass by null transmission, at most. `segments`: those of the path with
-/// its own.
+/// How many surfaces a light sample may pass by null transmission, at most. `segments`: those of the path
+/// with its own.
 pub(super) fn crossings(scene: &Scene, segments: u32, density: Density) -> u32 {
     if !scene.features().transparent_shadows {
         0

@@ -119,8 +119,8 @@ impl<const C: usize> RadianceSample<C> {
 
 /// Spectral radiance that arrives along a camera ray at a time, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each
 /// wavelength of the path. Where the ray measures the irradiance at a `lit` place, a light sample from there
-/// stands for radiance that such a ray may have met. The estimates share one unit of weight: summed over the lanes, each over its wavelength's
-/// density, they estimate an integral over wavelength.
+/// stands for radiance that such a ray may have met. The estimates share one unit of weight: summed over the
+/// lanes, each over its wavelength's density, they estimate an integral over wavelength.
 pub fn radiance<const C: usize>(
     scene: &Scene,
     ray: Ray,

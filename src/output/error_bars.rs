@@ -97,8 +97,8 @@ pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: O
 }
 
 /// How much of the variance that runs of nets tell of a mean over a picture is right, going by the variances
-/// of sums over its pixels and over squares of twice the edge each: as runs tell them, and as nets do. 1 where
-/// there are no nets.
+/// of sums over its pixels and over squares of twice the edge each: as runs tell them, and as nets do. 1
+/// where there are no nets.
 ///
 /// The larger the squares, the more is known of how nets complete a mean, and the fewer squares say it: few
 /// tiles may have all the noise of a picture. So what squares of one size say is expected of those of the

@@ -238,7 +238,7 @@ impl Compiler<'_> {
         };
         let rays = (MOST_RAYS / lights.iter().filter(needs_rays).count().max(1)).clamp(1, 256) as u32;
         let area = |position: Vec3| {
-            // A floor may reach far, and what a light shines upon be near it, but no nearer than all there is.
+            // A floor may reach far, and what a light shines upon be near it, but no nearer than the scene.
             let far = (scene_radius / 64.0).max(bounds.gap(Bounds::of([position])));
             let near = nearest(accel, position, 0.0, time, rays).clamp(far / 4096.0, far);
             4.0 * PI * (near * near).max(f64::MIN_POSITIVE)
