@@ -28,8 +28,7 @@ pub struct Tests {
     /// The smallest of all tiles and of all pixels, corrected for their number (Šidák 1967): how likely one
     /// as small is anywhere in pictures that differ by noise alone.
     pub p_tiles: f64,
-    /// The smallest of all pixels, likewise: an upper bound, which is 1 in most pictures that differ by noise
-    /// alone.
+    /// The smallest of all pixels, likewise.
     pub p_pixels: f64,
     /// Whether the p-values of the pixels that have noise of their own are uniform, by Kolmogorov and
     /// Smirnov.
@@ -61,7 +60,6 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
     let (mut own, mut histogram, mut tested, mut noiseless, mut borrowed) = (Vec::new(), [0; CELLS], 0, 0, 0);
     let pixels = means(channel, &Cells::new(pair, Cell::Pixel), good);
     let around = around(&pixels, pair);
-    let edges = Edges::new(channel, pair);
     let mut pixels_p = 1.0f64;
     for (pixel, means) in pixels.into_iter().enumerate() {
         let Some([a, b]) = means else { continue };
@@ -70,7 +68,7 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
         let differs = a.estimate.mean != b.estimate.mean;
         let is_noisy = a.is_noisy || b.is_noisy;
         tested += usize::from(is_noisy || differs);
-        pixels_p = pixels_p.min(p_of_worst([&a.estimate, &b.estimate], around[pixel], edges.variance(pixel)));
+        pixels_p = pixels_p.min(p_of_worst(&a.estimate, &b.estimate, around[pixel]));
         noiseless += u64::from(!is_noisy);
         let is_borrowed = is_noisy && (!differs || a.is_borrowed || b.is_borrowed);
         borrowed += u64::from(is_borrowed);
@@ -122,45 +120,13 @@ fn around(pixels: &[Option<[CellMean; 2]>], pair: &Pair) -> Vec<f64> {
     (0..pixels.len()).map(around).collect()
 }
 
-/// The edges of a channel, of which a pixel may have met one side alone by chance.
-struct Edges<'a> {
-    channel: &'a Channel<'a>,
-    size: [usize; 2],
-}
-
-impl<'a> Edges<'a> {
-    fn new(channel: &'a Channel<'a>, pair: &Pair) -> Self {
-        Self { channel, size: [pair.width, pair.height] }
-    }
-
-    /// The variance of one sample more or less across the edge that a pixel and its neighbours show, of the
-    /// side that shows less of one, so that a pixel which is wrong on one side makes no edge. `None` where a
-    /// side does not say how many samples it has.
-    fn variance(&self, pixel: usize) -> Option<f64> {
-        let place = [pixel % self.size[0], pixel / self.size[0]];
-        let Channel { a, b, .. } = self.channel;
-        let contrast = [a, b].map(|side| {
-            let near = error_bars::near(self.size, place).map(|near| side.values[near]);
-            let [least, most] = near.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
-                [least.min(value), most.max(value)]
-            });
-            most - least
-        });
-        let [of_a, of_b] = [a.samples(pixel)?, b.samples(pixel)?];
-        Some(contrast[0].min(contrast[1]).powi(2) * (of_a.powi(-2) + of_b.powi(-2)))
-    }
-}
-
-/// The p-value of a pixel as one of many of which the smallest counts: an upper bound. Tails decide there,
-/// and those of few skewed samples are long: on the edge of a body some pixel has an error that is a quarter
-/// of what it should be, in any picture. So the variance is at least that of the pixels around, and what they
-/// lend is no degree of freedom. What one sample more across the edge would change is added; where the number
-/// of samples is not known, the variance is at least twice that of the pixels around. Pictures of one scene
-/// then pass, whose edges are sharp (`tests/statistical/shared_noise.rs`).
-fn p_of_worst([a, b]: [&Estimate; 2], around: f64, unmet: Option<f64>) -> f64 {
-    let variance = a.variance + b.variance;
-    let least = if unmet.is_some() { around } else { 2.0 * around };
-    let times = (variance.max(least) + unmet.unwrap_or(0.0)) / variance;
+/// The p-value of a pixel as one of many of which the smallest counts. Tails decide there, and those of few
+/// skewed samples are long: on the edge of a body some pixel has an error that is a quarter of what it should
+/// be, in any picture. So the variance is at least twice that of the pixels around, and what these lend is no
+/// degree of freedom. Pictures of one scene then pass, whose edges are sharp
+/// (`tests/statistical/shared_noise.rs`).
+fn p_of_worst(a: &Estimate, b: &Estimate, around: f64) -> f64 {
+    let times = (2.0 * around / (a.variance + b.variance)).max(1.0);
     let [a, b] = [a, b].map(|estimate| Estimate {
         variance: estimate.variance * if times.is_finite() { times } else { 1.0 },
         degrees: estimate.degrees / error_bars::LENT,

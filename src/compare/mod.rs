@@ -24,7 +24,7 @@ pub use noise::Noise;
 pub use pair::{Channel, Measurement, Mismatch, Pair, listed};
 
 use crate::output::exr::{Channels, Layout};
-use crate::stats::simes;
+use crate::stats::sidak_corrected;
 use pair::SIDES;
 
 /// What can be chosen in a comparison.
@@ -104,13 +104,13 @@ pub struct ChannelResult {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
     /// How likely something as extreme is in means, tiles or pixels of any channel if the pictures differ by
-    /// noise alone: the three p-values below together, with the weights [`WEIGHTS`].
+    /// noise alone: the smallest of the three p-values below, corrected for their number.
     pub p: f64,
-    /// p-value of the means of all channels together.
+    /// Smallest p-value of the means.
     pub p_mean: f64,
-    /// The same of the tiles.
+    /// Smallest p-value of the tiles.
     pub p_tiles: f64,
-    /// The same of the pixels.
+    /// Smallest p-value of the pixels.
     pub p_pixels: f64,
     /// Not part of `p`: it judges the error bars as much as the means.
     pub p_uniform: f64,
@@ -119,11 +119,6 @@ pub struct Verdict {
     /// The same for tiles, over the reference's mean.
     pub detectable_tile: f64,
 }
-
-/// Weights of means, tiles and pixels in the p-value of all together. That of the pixels is an upper bound,
-/// 1 in most pictures that differ by noise alone, and tiny where one pixel is wrong: a larger share of the
-/// level would be spent on nothing.
-pub const WEIGHTS: [f64; 3] = [0.45, 0.45, 0.1];
 
 /// Compares a picture with its reference, either of which may be several: seeds of one scene.
 pub fn compare(a: &[Channels], b: &[Channels], options: &Options) -> Result<Comparison, Mismatch> {
@@ -198,18 +193,19 @@ impl Comparison {
         if tests.is_empty() {
             return None;
         }
-        // The noise of channels is anything from independent to the same.
-        let together = |p: fn(&Tests) -> f64| simes(tests.iter().map(|&tests| (p(tests), 1.0)));
+        let smallest = |p: fn(&Tests) -> f64| {
+            sidak_corrected(tests.iter().map(|&tests| p(tests)).fold(1.0, f64::min), tests.len())
+        };
         let largest =
             |fraction: fn(&Tests) -> f64| tests.iter().map(|&tests| fraction(tests)).fold(f64::NAN, f64::max);
-        let parts = [together(|t| t.p_mean), together(|t| t.p_tiles), together(|t| t.p_pixels)];
+        let parts = [smallest(|t| t.p_mean), smallest(|t| t.p_tiles), smallest(|t| t.p_pixels)];
         let [p_mean, p_tiles, p_pixels] = parts;
         Some(Verdict {
-            p: simes(parts.into_iter().zip(WEIGHTS)),
+            p: sidak_corrected(parts.into_iter().fold(1.0, f64::min), parts.len()),
             p_mean,
             p_tiles,
             p_pixels,
-            p_uniform: together(|t| t.p_uniform),
+            p_uniform: smallest(|t| t.p_uniform),
             detectable: largest(|t| t.detectable),
             detectable_tile: largest(|t| t.detectable_tile),
         })

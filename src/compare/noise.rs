@@ -28,8 +28,6 @@ pub(super) struct Stored<'a> {
     values: &'a [f32],
     /// Standard error of each value.
     errors: Option<&'a [f32]>,
-    /// Samples of each pixel.
-    samples: Option<&'a [f32]>,
     /// Half a unit in the last place over the value: what storing it may have changed, at most.
     rounding: f64,
     /// Degrees of freedom of a pixel's error, and of what it lends to a mean over several: errors that were
@@ -133,16 +131,6 @@ impl<'a> Measurement<'a> {
             && self.pictures.iter().all(|picture| picture.errors.is_none_or(is_known))
     }
 
-    /// Samples of a pixel in all pictures that state errors; `None` where they are not known. Without end
-    /// where no picture's own samples tell the error.
-    pub(super) fn samples(&self, pixel: usize) -> Option<f64> {
-        let of = |picture: &Stored| Some(f64::from(picture.samples?[pixel]));
-        match self.noise {
-            Noise::Unknown | Noise::Spread => Some(f64::INFINITY),
-            Noise::Stated => self.pictures.iter().map(of).sum(),
-        }
-    }
-
     /// The mean of each cell over its pixels that are `good`; `None` for cells without any.
     pub(super) fn means(&self, cells: &Cells, good: &[bool]) -> Vec<Option<CellMean>> {
         let cells_pixels: Vec<Vec<usize>> =
@@ -227,7 +215,6 @@ impl<'a> Stored<'a> {
             tile_degrees,
             values: picture.channel(name)?,
             errors,
-            samples: picture.channel("samples"),
             shared: [picture.tile_noise(name), picture_noise(errors, picture.mean_error(name))],
             rounding: 2f64.powi(if is_half { -11 } else { -24 }),
             degrees: [of_pixels, of_means.or(of_pixels)].map(|degrees| degrees.unwrap_or(f64::INFINITY)),

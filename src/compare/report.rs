@@ -1,7 +1,7 @@
 //! A comparison told as a table and as JSON.
 
 use super::bias::{CELLS, LEVEL, POWER, TILE};
-use super::{ChannelResult, Comparison, Figures, Noise, Outlier, WEIGHTS};
+use super::{ChannelResult, Comparison, Figures, Noise, Outlier};
 use std::fmt::Write;
 
 type Named = Vec<(String, Option<f64>)>;
@@ -227,7 +227,6 @@ impl Comparison {
                 let _ = write!(out, "  {cell:>10}");
             }
         }
-        let [of_means, of_tiles, of_pixels] = WEIGHTS;
         let tenths: Vec<String> = histogram.chunks(2).map(|pair| (pair[0] + pair[1]).to_string()).collect();
         let left_out = match noiseless + borrowed {
             0 => String::new(),
@@ -237,13 +236,10 @@ impl Comparison {
         };
         let _ = writeln!(
             out,
-            "\n  histogram of the pixels' p, 0 to 1 in tenths: {}{left_out}\n  over all: p = {} of means, tiles of {TILE}×{TILE} and pixels together (Simes, weights {:.2}, {:.2} and {:.2})\n  \
+            "\n  histogram of the pixels' p, 0 to 1 in tenths: {}{left_out}\n  over all: p = {} of means, tiles of {TILE}×{TILE} and pixels together, corrected for their number (Šidák)\n  \
              detectable: the bias of the mean, and of the median tile, that would be found with a power of {:.0} % at the {:.0} % level",
             tenths.join(" "),
             short(verdict.p),
-            of_means,
-            of_tiles,
-            of_pixels,
             100.0 * POWER,
             100.0 * LEVEL
         );

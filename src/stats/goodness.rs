@@ -102,20 +102,6 @@ pub fn sidak_corrected(smallest: f64, tests: usize) -> f64 {
     -f64::exp_m1(tests.max(1) as f64 * f64::ln_1p(-smallest))
 }
 
-/// The p-value of several tests together, each with its p-value and a weight (Simes 1986; with weights
-/// Benjamini and Hochberg 1997). It is uniform with nothing wrong, whether the tests are independent or all
-/// the same, and hardly ever too small where they are between the two. 1 for no tests.
-pub fn simes(tests: impl IntoIterator<Item = (f64, f64)>) -> f64 {
-    let mut tests: Vec<(f64, f64)> = tests.into_iter().collect();
-    tests.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    let total: f64 = tests.iter().map(|(_, weight)| weight).sum();
-    let mut passed = 0.0;
-    tests.iter().fold(1.0, |least, (p, weight)| {
-        passed += weight;
-        f64::min(least, p * total / passed)
-    })
-}
-
 /// Result of a Kolmogorov–Smirnov test against the uniform distribution on [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uniformity {
@@ -205,16 +191,6 @@ mod tests {
             assert!((back / level - 1.0).abs() < 1e-9, "{back}, expected {level}");
         }
         assert_eq!((sidak_corrected(0.0, 9), sidak_corrected(1.0, 9)), (0.0, 1.0));
-    }
-
-    #[test]
-    fn simes_by_hand() {
-        let even = |p: &[f64]| simes(p.iter().map(|&p| (p, 1.0)));
-        assert_eq!([even(&[]), even(&[0.3]), even(&[0.2; 4])], [1.0, 0.3, 0.2]);
-        // The smallest counts as often as there are tests, the second half as often.
-        assert!((even(&[0.9, 0.01, 0.8]) - 0.03).abs() < 1e-15 && (even(&[0.03, 0.02]) - 0.03).abs() < 1e-15);
-        let weighed = simes([(1.0, 0.1), (0.09, 0.45), (0.09, 0.45)]);
-        assert!((weighed - 0.1).abs() < 1e-15, "{weighed}");
     }
 
     #[test]

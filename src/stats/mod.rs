@@ -7,7 +7,7 @@ mod sphere;
 mod welch;
 
 pub use fourier::fourier;
-pub use goodness::{ChiSquare, Uniformity, chi_square, sidak, sidak_corrected, simes, uniformity};
+pub use goodness::{ChiSquare, Uniformity, chi_square, sidak, sidak_corrected, uniformity};
 pub use moments::{Estimate, Moments};
 pub use sphere::{SphereCells, sphere_chi_square};
 pub use welch::{Welch, student_quantile, welch};

@@ -233,61 +233,6 @@ fn what_is_called_detectable_is_found_in_nine_of_ten() {
     assert!((share(false_alarms) - 0.05).abs() < 0.044, "{}", share(false_alarms));
 }
 
-/// Where nothing differs the p-value over all is uniform, also where three channels have most of their noise
-/// in common; and one wrong pixel is found.
-#[test]
-fn p_over_all_is_uniform_where_nothing_differs() {
-    use rand_pcg::{Pcg64, rand_core::Rng};
-    let mut generator = Pcg64::new(9, 0);
-    let mut normal = || -> f64 {
-        (0..12).map(|_| (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64).sum::<f64>() - 6.0
-    };
-    // 24 × 24 pixels, each measured by 8 replicates; channels differ by a tenth of their noise.
-    let mut file = || -> Channels {
-        let mut channels: Vec<(String, Vec<f32>)> = Vec::new();
-        let names = ["R", "G", "B"].iter().flat_map(|name| [(*name).to_owned(), format!("error.{name}")]);
-        channels.extend(names.map(|name| (name, Vec::new())));
-        for _ in 0..576 {
-            let common: Vec<f64> = (0..8).map(|_| 1.0 + 0.2 * normal()).collect();
-            for channel in 0..3 {
-                let drawn: Vec<f64> = common.iter().map(|value| value + 0.02 * normal()).collect();
-                let centre = drawn.iter().sum::<f64>() / 8.0;
-                let variance = drawn.iter().map(|v| (v - centre).powi(2)).sum::<f64>() / 56.0;
-                channels[2 * channel].1.push(centre as f32);
-                channels[2 * channel + 1].1.push(variance.sqrt() as f32);
-            }
-        }
-        channels.push(("samples".to_owned(), vec![16.0; 576]));
-        let attributes = vec![("abbe.replicates".to_owned(), "8".to_owned())];
-        Channels { width: 24, height: 24, channels, attributes, ..Channels::default() }
-    };
-    let options = Options { pixels_per_degree: 1.0, ..Options::default() };
-    let p = |a: &Channels, b: &Channels| {
-        let found = compare(from_ref(a), from_ref(b), &options).expect("files that can be compared");
-        found.verdict().expect("files with errors").p
-    };
-    let (trials, mut values, mut found) = (400, Vec::new(), 0);
-    for _ in 0..trials {
-        let (mut a, b) = (file(), file());
-        values.push(p(&a, &b));
-        // The value is off by 15 standard errors of the difference.
-        for channel in [0, 2, 4] {
-            a.channels[channel].1[300] += 1.5;
-        }
-        found += u32::from(p(&a, &b) < 0.01);
-    }
-    // Four standard errors of a mean of uniform numbers are 0.06. The test of pixels, which rejects nothing
-    // here, has a tenth of the level.
-    let mean = values.iter().sum::<f64>() / f64::from(trials);
-    assert!((0.44..0.6).contains(&mean), "{mean}");
-    for level in [0.01, 0.05, 0.2] {
-        let share = values.iter().filter(|&&p| p < level).count() as f64 / f64::from(trials);
-        let error = (level * (1.0 - level) / f64::from(trials)).sqrt();
-        assert!(share < level + 4.0 * error, "{level}: {share}");
-    }
-    assert!(f64::from(found) > 0.99 * f64::from(trials), "{found} of {trials}");
-}
-
 /// A file of 2 × 2 pixels.
 fn small(channels: &[(&str, [f32; 4])]) -> Channels {
     let channels = channels.iter().map(|(name, values)| ((*name).to_owned(), values.to_vec())).collect();
