@@ -255,6 +255,7 @@ pub(super) fn solids_of<'a>(
 }
 
 /// `boxes`: those of [`boxes`]; `solids`: those of [`solids_of`].
+#[expect(clippy::too_many_arguments, reason = "all that was made of the shapes so far")]
 pub(super) fn nearness(
     groups: &Groups<'_>,
     shift: &Transform,
