@@ -1,20 +1,19 @@
 //! Reflection as it was measured.
 
+use super::kept::Kept;
 use super::{Evaluation, Scatter, reflected};
 use crate::geometry::Vec3;
-use crate::sampling::{ParametricDensity, ParametricGrid};
+use crate::sampling::{Around, ParametricDensity, ParametricGrid};
 use crate::spectrum::Sampled;
-use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::sync::{Mutex, PoisonError};
 
 /// A surface whose reflection was measured. Black from below. Mitsuba's `measured`.
 ///
 /// The tables are those of Dupuy and Jakob, "An Adaptive Parameterization for Efficient Material Acquisition
 /// and Rendering" (ACM Transactions on Graphics 37, 2018). A normal m of a facet at the angle θ and the
-/// azimuth φ has the place (√(2 θ / π), (φ + π) / 2π) in the unit square. For each direction of the eye, a
-/// density over these places is about that of the visible normals. Sample values that are uniform in the unit
-/// square lead by it to m and to the direction of light, and for each sample value there is the measured
+/// azimuth φ has the place (√(2 θ / π), (φ + π) / 2π) in the unit square. For each direction of the eye,
+/// a density over these places is about that of the visible normals. Sample values that are uniform in the
+/// unit square lead by it to m and to the direction of light, and for each sample value there is the measured
 /// spectrum.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured<const C: usize> {
@@ -34,7 +33,8 @@ pub struct MeasuredTable {
     pub visible_area: ParametricGrid<0>,
     /// Density of the visible normals, by their place.
     pub visible_normals: ParametricDensity<2>,
-    /// Density of sample values, about in proportion to what they contribute.
+    /// Density of sample values, about in proportion to what they contribute, at the same directions of the
+    /// eye.
     pub luminance: ParametricDensity<2>,
     /// What was measured, by the sample value: f cos θ of the light, or that over D / (4 σ) if
     /// [`Self::is_relative`].
@@ -69,6 +69,8 @@ struct View {
     azimuth: f64,
     /// Places of azimuth and angle on the axes of the tables.
     places: [f64; 2],
+    /// The densities' grids around these.
+    around: Around,
 }
 
 impl MeasuredTable {
@@ -78,17 +80,8 @@ impl MeasuredTable {
     /// # Errors
     /// Those of `make`.
     pub fn shared<E>(content: u64, make: impl FnOnce() -> Result<Self, E>) -> Result<&'static Self, E> {
-        static TABLES: Mutex<BTreeMap<u64, &'static MeasuredTable>> = Mutex::new(BTreeMap::new());
-        // A map in which a table is missing is still a map.
-        let tables = || TABLES.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = tables().get(&content).copied();
-        match known {
-            Some(known) => Ok(known),
-            None => {
-                let made = make()?;
-                Ok(tables().entry(content).or_insert_with(|| Box::leak(Box::new(made))))
-            }
-        }
+        static TABLES: Kept<u64, MeasuredTable> = Kept::new();
+        TABLES.try_get(content, make)
     }
 
     /// Where a wavelength is among those of the table, with a fraction. Beyond them the ends hold.
@@ -109,7 +102,7 @@ impl MeasuredTable {
     fn view(&self, eye: Vec3) -> View {
         let azimuth = eye.y.atan2(eye.x);
         let places = [self.luminance.place(0, azimuth), self.luminance.place(1, angle_from_normal(eye))];
-        View { eye, azimuth, places }
+        View { eye, azimuth, places, around: self.luminance.around(places) }
     }
 
     /// The place of a normal in the unit square.
@@ -154,9 +147,8 @@ impl<const C: usize> Measured<C> {
         let Some(m) = (eye + light).try_normalize() else { return Evaluation::ZERO };
         let view = table.view(eye);
         let place_of_m = table.place_of(m, &view);
-        let (u, of_normals) =
-            table.visible_normals.invert(&table.visible_normals.around(view.places), place_of_m);
-        let of_samples = table.luminance.density(&table.luminance.around(view.places), u);
+        let (u, of_normals) = table.visible_normals.invert(&view.around, place_of_m);
+        let of_samples = table.luminance.density(&view.around, u);
         // Solid angle of light per area of the unit square.
         let jacobian = TAU * PI * place_of_m[0] * m.x.hypot(m.y) * 4.0 * eye.dot(m);
         let relative_to = if table.is_relative {
@@ -182,8 +174,8 @@ impl<const C: usize> Measured<C> {
         let table = self.table;
         let signs = table.signs(toward_eye);
         let view = table.view(with_signs(toward_eye, signs));
-        let u = table.luminance.sample(&table.luminance.around(view.places), u);
-        let place = table.visible_normals.sample(&table.visible_normals.around(view.places), u);
+        let u = table.luminance.sample(&view.around, u);
+        let place = table.visible_normals.sample(&view.around, u);
         let light = reflected(view.eye, table.normal_at(place, &view));
         let toward_light = with_signs(light, signs);
         let Evaluation { f_cos, density } = self.evaluate(toward_eye, toward_light);

@@ -17,6 +17,7 @@ mod dielectric;
 mod facets;
 pub mod fresnel;
 mod hair;
+mod kept;
 mod lambert;
 mod measured;
 mod metal;

@@ -1,5 +1,6 @@
 //! A rough coat over a diffuse base.
 
+use super::kept::Kept;
 use super::microfacet::{Distribution, Microfacets};
 use super::plastic::DiffuseBase;
 use super::{Evaluation, Scatter, fresnel, reflected, refracted, share};
@@ -8,9 +9,7 @@ use crate::sampling::quadrature::gauss_legendre;
 use crate::sampling::warp;
 use crate::spectrum::Sampled;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_PI;
-use std::sync::{Mutex, PoisonError};
 
 /// A diffuse base under a rough dielectric coat. The coat reflects as a rough surface does. The fractions of
 /// the light that it transmits from above and reflects on the inside are averages over its facets
@@ -54,16 +53,9 @@ impl RoughCoat {
     /// The coat of facets of roughness `alpha`; `eta` is the index below over that above, positive and not 1.
     /// Kept for the rest of the program, once for all materials that ask for the same.
     pub fn shared(distribution: Distribution, alpha: f64, eta: f64) -> &'static Self {
-        static COATS: Mutex<BTreeMap<(bool, u64, u64), &'static RoughCoat>> = Mutex::new(BTreeMap::new());
+        static COATS: Kept<(bool, u64, u64), RoughCoat> = Kept::new();
         let key = (distribution == Distribution::Ggx, alpha.to_bits(), eta.to_bits());
-        // A map in which a coat is missing is still a map.
-        let coats = || COATS.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = coats().get(&key).copied();
-        known.unwrap_or_else(|| {
-            // Not under the lock: a thread that waits for others takes up work that may ask for a coat.
-            let made = Self::new(Microfacets::new(distribution, alpha, alpha), eta);
-            coats().entry(key).or_insert_with(|| Box::leak(Box::new(made)))
-        })
+        COATS.get(key, || Self::new(Microfacets::new(distribution, alpha, alpha), eta))
     }
 
     fn new(microfacets: Microfacets, eta: f64) -> Self {

@@ -25,7 +25,7 @@ use bluenoise::Layout;
 use cells::Cells;
 pub use density::Density;
 pub use grid::PiecewiseConstantGrid;
-pub use parametric::{ParametricDensity, ParametricGrid};
+pub use parametric::{Around, ParametricDensity, ParametricGrid};
 use poisson::Patterns;
 use serde::{Deserialize, Serialize};
 use sobol::Role;

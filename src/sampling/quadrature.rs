@@ -28,8 +28,8 @@ pub fn midpoints(side: usize) -> impl Iterator<Item = [f64; 2]> {
 }
 
 /// The i-th of places that fill the unit cube of N ≤ 4 dimensions evenly, however many there are: the
-/// fractions of i φ⁻¹, i φ⁻², …, with the generalised golden ratio φᴺ⁺¹ = φ + 1 (Roberts, "The Unreasonable
-/// Effectiveness of Quasirandom Sequences", 2018).
+/// fractions of i φ⁻¹, i φ⁻², …, with the generalised golden ratio φᴺ⁺¹ = φ + 1 (Roberts, "The
+/// Unreasonable Effectiveness of Quasirandom Sequences", 2018).
 pub fn even_place<const N: usize>(i: u32) -> [f64; N] {
     const RATIOS: [f64; 4] =
         [1.618_033_988_749_895, 1.324_717_957_244_746, 1.220_744_084_605_759_5, 1.167_303_978_261_418_7];

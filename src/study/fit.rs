@@ -15,13 +15,14 @@ pub struct Measurement {
 /// The line log RMSE = level + slope·log x, with what is needed for its intervals.
 ///
 /// Least squares on logarithms: the variance of log RMSE = ½ log relMSE is, to first order, (σ/relMSE)²/4
-/// with the standard error σ of the mean over replicates. The logarithm of a mean is too low on average, to
-/// second order by (σ/relMSE)²/2, which is added: it is most where samples are few. Errors that are positive
-/// make σ/relMSE 1 at most. All points weigh the same, by the mean of these: noise is skewed, so that a point
-/// which is too low by chance claims too small an error, and would weigh too much. Intervals use Student's t
-/// with as many degrees as all the replicates have. Where the points scatter about the line by more than
-/// that, as they do about every curve that is not quite a power law, the errors of the fit are enlarged by
-/// √(χ²/(n−2)) (Birge 1932), with n − 2 degrees. Where a point has no error, the scatter alone tells it.
+/// with the standard error σ of the mean over replicates. The logarithm of a mean is too low on average, by
+/// (σ/relMSE)²/2 to second order. That is added, and is most where samples are few. No mean of values of at
+/// least 0 has σ/relMSE above 1. All points weigh the same, by the mean of their variances: noise is skewed,
+/// so that a point which is too low by chance claims too small an error, and would weigh too much. Intervals
+/// use Student's t with as many degrees as all the replicates have. Where the points scatter about the line
+/// by more than that, as they do about every curve that is not quite a power law, the errors of the fit are
+/// enlarged by √(χ²/(n−2)) (Birge 1932), with n − 2 degrees. Where a point has no error, the scatter alone
+/// tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
     /// Exponent of the power law: −½ for independent samples.

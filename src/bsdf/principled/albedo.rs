@@ -16,14 +16,14 @@
 
 use super::clear_coat::ClearCoat;
 use super::{COAT_REFLECTANCE, PrincipledBase, interface, mix, schlick_cosine, schlick_weight, thin};
+use crate::bsdf::kept::Kept;
 use crate::bsdf::{flipped, reflected, refracted};
 use crate::geometry::{Vec3, angle};
 use crate::sampling::quadrature::gauss_legendre;
 use crate::sampling::warp;
 use crate::spectrum::Sampled;
-use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
 /// Albedos of the lobes of all surfaces of one index.
 #[derive(Debug)]
@@ -72,13 +72,11 @@ impl Albedo {
     /// Kept for the rest of the program, once for all materials that ask for the same.
     pub fn shared(extent: Extent) -> &'static Self {
         type Key = (bool, u64, [Option<u64>; 3]);
-        static ALBEDOS: Mutex<BTreeMap<Key, &'static Albedo>> = Mutex::new(BTreeMap::new());
+        static ALBEDOS: Kept<Key, Albedo> = Kept::new();
         let Extent { thin, eta, roughness, anisotropic, gloss } = extent;
         let key =
             (thin, eta.to_bits(), [roughness, anisotropic, gloss].map(|fraction| fraction.map(f64::to_bits)));
-        // A map in which tables are missing is still a map.
-        let mut albedos = ALBEDOS.lock().unwrap_or_else(PoisonError::into_inner);
-        albedos.entry(key).or_insert_with(|| Box::leak(Box::new(Self::new(extent))))
+        ALBEDOS.get(key, || Self::new(extent))
     }
 
     fn new(extent: Extent) -> Self {

@@ -71,9 +71,9 @@ impl Known<'_> {
         self.surfaces[shape].body.is_some_and(|body| self.bodies[body as usize].closed)
     }
 
-    /// How far from a point of the surface one that coincides with it may be met.
-    fn reach(&self, shape: usize) -> f64 {
-        4.0 * self.errors[shape] + self.rounding[shape]
+    /// What a shape of the scene is to those that it touches, within a box.
+    fn partner(&self, shape: usize, bounds: Bounds) -> Partner {
+        Partner::new(bounds, self.errors[shape], self.rounding[shape])
     }
 
     /// Pairs of the scene's own shapes at rest of which [`Self::coincide_with`] tells, each in both orders.
@@ -99,18 +99,18 @@ impl Known<'_> {
         const ROOT: usize = 4;
         let emits = |shape: usize| self.surfaces[shape].light.is_some();
         let is_sheet = |shape: usize| self.shapes[shape].is_closed().is_err();
+        let reach = |shape: usize| self.partner(shape, self.boxes[shape]).reach;
         let mut found = Vec::new();
         for sample in midpoints(ROOT).filter_map(|u| self.shapes[shape].sample(u)) {
             let point = sample.surface.point;
-            let before = 64.0 * self.reach(shape);
+            let before = 64.0 * reach(shape);
             let ray = Ray::new(point.position - point.normal * before, point.normal);
             accel.crossings(&ray, 0.0, [0.0, 2.0 * before], &mut |hit, _| {
                 let other = hit.shape as usize;
-                let reach = self.reach(shape) + self.reach(other);
                 if hit.instance != NO_INSTANCE
                     || self.surfaces[other].role != Role::Other
                     || self.solids[other].is_some()
-                    || (hit.t - before).abs() > reach
+                    || (hit.t - before).abs() > reach(shape) + reach(other)
                     || found.contains(&other)
                 {
                     return;
@@ -133,7 +133,7 @@ impl Known<'_> {
     fn single(&self, shape: usize, bounds: Bounds) -> Item {
         Item {
             shapes: Shapes::One(shape),
-            partner: Partner::new(bounds, self.errors[shape], self.rounding[shape]),
+            partner: self.partner(shape, bounds),
             error: self.errors[shape] + self.rounding[shape],
             rounding: self.rounding[shape],
             has_closed: self.is_closed(shape),
@@ -317,7 +317,7 @@ pub(super) fn nearness(
         }
     }
     for (one, other) in coinciding {
-        let partner = Partner::new(boxes[other], known.errors[other], known.rounding[other]);
+        let partner = known.partner(other, boxes[other]);
         found[one].push(Partner { shape: Some(other as u32), ..partner });
     }
     for item in items.iter().filter(|item| item.has_closed && item.several) {

@@ -186,7 +186,7 @@ impl<'a> Compiler<'a> {
             shape.map_or(NO_FACET, |shape| accel.facet_of(shape as u32, 0))
         });
 
-        // What of the renderer is asked for.
+        // The parts of the renderer that the scene needs.
         let limits = self.limits(&lights, scattering);
         let has_nulls = surfaces.iter().any(|surface| surface.null_transmission);
         // Light samples then compete with paths that pass the same surfaces.
@@ -310,7 +310,7 @@ impl<'a> Compiler<'a> {
         })
     }
 
-    /// The groups of shapes, with what of them can't be shown.
+    /// The groups of shapes. Those that cannot be shown are reported.
     fn groups(&mut self) -> Groups<'a> {
         let mut groups = Groups::new(self.description);
         self.errors = groups.errors();
