@@ -54,6 +54,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             checkpoint::EXTENSION
         )));
     }
+    args.png.refuse_without_png(is_picture)?;
     if let Some(path) = args.parts.iter().find(|path| has_extension(path, "exr")) {
         return Err(Failure::Input(format!(
             "error: {}: pictures are rounded; parts are put together from their checkpoints\n\
@@ -93,17 +94,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let picture = picture(&film, &header.picture, images);
             output::exr::write(&args.output, &picture).map_err(failed(&args.output))?;
             if let Some(png) = &png {
-                output::png::write(png, &picture, args.png.exposure, args.png.tone).map_err(failed(png))?;
+                args.png.write(png, &picture).map_err(failed(png))?;
             }
         } else {
             write(&args.output, header, &plan, &film, &images).map_err(failed(&args.output))?;
         }
         if !args.quiet && !args.json {
             print_message(&format!(
-                "{}: {} samples per pixel of {} parts",
+                "{}: {} samples per pixel of {} {}",
                 args.output.display(),
                 sample_count(&film.samples_per_pixel()),
-                plan.used.len()
+                plan.used.len(),
+                if plan.used.len() == 1 { "part" } else { "parts" }
             ));
         }
     }

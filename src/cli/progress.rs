@@ -1,9 +1,8 @@
 //! What a render tells while it runs: a bar on a terminal, plain lines elsewhere.
 
 use super::pulse::Pulse;
-use abbe::film::Film;
 use abbe::output::target::Target;
-use abbe::render::Progress;
+use abbe::render::{Progress, Work};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -141,11 +140,11 @@ impl Progress for RenderProgress {
         self.bar.inc(samples);
     }
 
-    fn pass_done(&self, film: &Film) {
+    fn pass_done(&self, work: &Work) {
         if self.bar.is_hidden() && self.lines.is_none() {
             return;
         }
-        self.tells(match Target::mean_error(film) {
+        self.tells(match Target::mean_error(work.film()) {
             Some(error) => format!("error {}", percent(error)),
             None => NO_ERROR_YET.to_owned(),
         });
@@ -246,7 +245,7 @@ impl Progress for StudyProgress {
         }
     }
 
-    fn pass_done(&self, _: &Film) {}
+    fn pass_done(&self, _: &Work) {}
 
     fn stop(&self) -> &AtomicBool {
         &self.never

@@ -14,7 +14,9 @@ use std::path::{Path, PathBuf};
 /// Abbe number and reflectance
 #[derive(clap::Args)]
 pub struct Args {
-    /// Name of a built-in spectrum (D65, gold, BK7, colorchecker/red...), an .spd file, or a .csv table
+    /// Name of a built-in spectrum (D65, gold, BK7, colorchecker/red...), an .spd file (lines of a wavelength
+    /// in nm and a value, as scenes take it), or a .csv table: a line of names, of which the first is
+    /// wavelength_nm, then lines of numbers, with commas between
     #[arg(required_unless_present = "list", value_name = "NAME|FILE")]
     spectrum: Option<String>,
 
@@ -123,7 +125,11 @@ fn subjects(args: &Args) -> Result<Vec<Subject>, Failure> {
         let content = content.strip_prefix('\u{feff}').unwrap_or(&content);
         let subject = if ends_in("spd") { from_spd(content) } else { from_table(content, args) };
         return match subject {
-            Ok(subject) => Ok(vec![Subject { title: wanted.to_owned(), kind: args.kind, ..subject }]),
+            Ok(subject) => {
+                let subject = Subject { title: wanted.to_owned(), kind: args.kind, ..subject };
+                refuse_impossible(&subject)?;
+                Ok(vec![subject])
+            }
             Err(problem) => Err(Failure::Input(format!("error: {}: {problem}", path.display()))),
         };
     }
@@ -158,6 +164,25 @@ fn subjects(args: &Args) -> Result<Vec<Subject>, Failure> {
     Ok(found.into_iter().filter_map(Result::ok).map(subject).collect())
 }
 
+/// Refuses a file whose values no reflectance has, as a scene does.
+fn refuse_impossible(subject: &Subject) -> Result<(), Failure> {
+    let (Some(Kind::Reflectance), Quantity::Spectrum(spectrum)) = (subject.kind, &subject.quantity) else {
+        return Ok(());
+    };
+    let values = spectrum.nodes().into_iter().map(|nm| (nm, spectrum.at(nm)));
+    let Some((nm, value)) = values.into_iter().find(|(_, value)| !(0.0..=1.0).contains(value)) else {
+        return Ok(());
+    };
+    let remedy = match value {
+        2.0..=100.0 => "per cent must be divided by 100",
+        _ => "a surface reflects no less than nothing, and no more than it receives",
+    };
+    Err(Failure::Input(format!(
+        "error: {}: the reflectance is {value} at {nm} nm; expected values from 0 to 1\nhelp: {remedy}",
+        subject.title
+    )))
+}
+
 fn from_spd(content: &str) -> Result<Subject, String> {
     let columns = text::parse_spd(content).map_err(|error| match error.problem {
         text::TextProblem::NotNanometres(_) => format!("{error}\nhelp: {}", text::TO_NANOMETRES),
@@ -171,7 +196,9 @@ fn from_spd(content: &str) -> Result<Subject, String> {
 fn from_table(content: &str, args: &Args) -> Result<Subject, String> {
     let table = TableFile::parse(content).map_err(|error| error.to_string())?;
     let Some(wavelengths) = table.columns.first().filter(|name| name.as_str() == "wavelength_nm") else {
-        return Err("expected the first column to be 'wavelength_nm'".to_owned());
+        return Err("expected the first column to be 'wavelength_nm'\n\
+             help: begin with a line of names, such as wavelength_nm,reflectance, and give wavelengths in nm"
+            .to_owned());
     };
     let nm = table.numbers(wavelengths).map_err(|error| error.to_string())?;
     let spectrum = |column: &str| {

@@ -319,5 +319,28 @@ fn notes(comparison: &Comparison, pair: &Pair, pictures: &[(String, &Channels)])
             notes.push(format!("{label} is the first part of its file; it also has {parts}"));
         }
     }
+    notes.extend(settings_apart(pictures));
     notes
+}
+
+/// What else than noise makes pictures differ, by what their files say of how they were made.
+fn settings_apart(pictures: &[(String, &Channels)]) -> Vec<String> {
+    let [(of_first, first), others @ ..] = pictures else { return Vec::new() };
+    let settings = [
+        ("abbe.observer", "the observers differ", "the same light has other X, Y and Z"),
+        (
+            "abbe.wavelengthRange",
+            "the ranges of wavelengths differ",
+            "light beyond one of them is in the other alone",
+        ),
+    ];
+    let apart = |(name, what, so)| {
+        let own = first.attribute(name)?;
+        let differs =
+            |(_, picture): &&(String, &Channels)| picture.attribute(name).is_some_and(|of| of != own);
+        let (label, other) = others.iter().find(differs)?;
+        let other = other.attribute(name)?;
+        Some(format!("{what} ({of_first}: {own}, {label}: {other}), so {so}"))
+    };
+    settings.into_iter().filter_map(apart).collect()
 }

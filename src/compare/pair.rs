@@ -85,10 +85,10 @@ impl<'a> Pair<'a> {
         let [(label_a, first_a), (label_b, first_b)] = [firsts[0].clone(), firsts[1].clone()];
         check_sizes([(&label_a, first_a), (&label_b, first_b)])?;
         let light = [first_a, first_b].map(light_names);
-        let Some(colours) = colours([&light[0], &light[1]]) else {
-            let [light_a, light_b] = light;
-            return Err(Mismatch::Channels([(label_a, light_a), (label_b, light_b)]));
+        let differ = |[light_a, light_b]: [Vec<String>; 2]| {
+            Err(Mismatch::Channels([(label_a, light_a), (label_b, light_b)]))
         };
+        let Some(colours) = colours([&light[0], &light[1]]) else { return differ(light.map(colours_or_all)) };
         let names = sides.map(measured_names);
         let is_colour = |name: &String| colours.names.iter().flatten().any(|colour| colour == name);
         let is_common = |name: &&String| names[1].contains(name) && !is_colour(name);
@@ -109,8 +109,7 @@ impl<'a> Pair<'a> {
         let mut channels: Vec<Channel> = coloured.chain(others).collect();
         channels.sort_by_key(|channel| !channel.is_light);
         if !channels.first().is_some_and(|channel| channel.is_light) {
-            let [light_a, light_b] = light;
-            return Err(Mismatch::Channels([(label_a, light_a), (label_b, light_b)]));
+            return differ(light);
         }
         let left_out = [0, 1].map(|side| {
             let is_alone = |name: &&String| !names[1 - side].contains(name) && !is_colour(name);
@@ -284,6 +283,14 @@ fn coloured_layers(names: &[String]) -> Vec<(&str, &'static [&'static str])> {
     layers.into_iter().filter_map(|layer| Some((layer, set(layer)?))).collect()
 }
 
+/// Those names of channels of light that are colours, in their usual order; all where there are none.
+fn colours_or_all(names: Vec<String>) -> Vec<String> {
+    let layers = coloured_layers(&names);
+    let named = layers.iter().flat_map(|(layer, set)| set.iter().map(move |name| format!("{layer}{name}")));
+    let colours: Vec<String> = named.collect();
+    if colours.is_empty() { names } else { colours }
+}
+
 fn kind(count: usize, first: &str) -> Colour {
     match (count, first.chars().last()) {
         (3, Some('R')) => Colour::Rec709,
@@ -302,8 +309,9 @@ impl fmt::Display for Mismatch {
             ),
             Self::Channels([(a, of_a), (b, of_b)]) => write!(
                 f,
-                "error: the pictures measure different things: {a} has {}, {b} {}\n\
-                 help: render both with the same film: its pixel_format decides between R G B, X Y Z and Y",
+                "error: the pictures measure different things: {a} has {}, and {b} has {}\n\
+                 help: nothing is converted: render both with the same pixel_format of the film, which is rgb (R, G, B), \
+                 xyz (X, Y, Z) or luminance (Y)",
                 listed(of_a),
                 listed(of_b)
             ),
@@ -324,7 +332,7 @@ pub fn listed(names: &[String]) -> String {
     const MOST: usize = 8;
     match names.len() {
         0 => "no channels of light".to_owned(),
-        count if count > MOST => format!("{} and {} more", names[..MOST].join(" "), count - MOST),
-        _ => names.join(" "),
+        count if count > MOST => format!("{} and {} more", names[..MOST].join(", "), count - MOST),
+        _ => names.join(", "),
     }
 }

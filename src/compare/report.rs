@@ -231,7 +231,7 @@ impl Comparison {
         let left_out = match noiseless + borrowed {
             0 => String::new(),
             _ => format!(
-                "\n    left out of it and of 'uniform': {noiseless} without noise, {borrowed} with the error of their neighbours alone"
+                "\n    left out of it and of 'uniform': {noiseless} without noise, {borrowed} equal on both sides or black on one"
             ),
         };
         let _ = writeln!(

@@ -4,9 +4,9 @@
 use super::path::Path;
 use crate::geometry::{Ray, Vec3};
 use crate::light::LightSample;
-use crate::sampling::Density;
+use crate::sampling::{Density, Stream};
 use crate::scene::{Intersection, Scene};
-use crate::spectrum::Sampled;
+use crate::spectrum::{Sampled, Wavelengths};
 use serde::Serialize;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -62,6 +62,9 @@ pub enum Step {
         place: [f64; 3],
         /// Unit geometric normal.
         normal: [f64; 3],
+        /// Unit normal that the material is seen with, where that is another: by vertex normals, a normal map
+        /// or a bump map. On the same side as the surface's own.
+        shading_normal: Option<[f64; 3]>,
         /// From where the ray began.
         distance: f64,
         /// Numbers as in the images of `abbe render --aov`.
@@ -164,6 +167,9 @@ pub(super) fn list<const C: usize>(values: Sampled<C>) -> Vec<f64> {
     values.0.to_vec()
 }
 
+/// Unit normals that are closer than this are told as one: rounding sets them apart.
+const SAME_NORMAL: f64 = 1e-6;
+
 pub(super) fn axes(v: Vec3) -> [f64; 3] {
     v.to_array()
 }
@@ -183,10 +189,23 @@ impl<const C: usize, O: Observe> Path<C, O> {
         });
     }
 
-    pub(super) fn tell_of_surface(&self, scene: &Scene, ray: &Ray, hit: &Intersection) {
+    pub(super) fn tell_of_surface(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) {
+        let shading_normal = || {
+            let choice = self.choice(scene, stream);
+            let normal = scene.shade(hit, -ray.direction, &self.media, wavelengths, choice).normal();
+            ((normal - hit.point.normal).length() > SAME_NORMAL).then(|| axes(normal))
+        };
         self.seen.tell(self.vertex, || Step::Surface {
             place: axes(scene.in_file(hit.point.position)),
             normal: axes(hit.point.normal),
+            shading_normal: shading_normal(),
             distance: (hit.point.position - ray.origin).length(),
             shape: scene.shape_number(hit),
             primitive: scene.primitive_number(hit),

@@ -243,7 +243,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let mut arriving = Sampled::ZERO;
         loop {
             // By reference: to move it costs as much as a shadow ray.
-            let Some(hit) = &self.meet(scene, &ray, wavelengths, &mut arriving) else { return arriving };
+            let Some(hit) = &self.meet(scene, &ray, wavelengths, stream, &mut arriving) else {
+                return arriving;
+            };
             let Some(mut shading) = self.shade(scene, &ray, hit, wavelengths, stream) else {
                 return arriving;
             };
@@ -264,12 +266,13 @@ impl<const C: usize, O: Observe> Path<C, O> {
         scene: &Scene,
         ray: &Ray,
         wavelengths: &Wavelengths<C>,
+        stream: &Stream,
         arriving: &mut Sampled<C>,
     ) -> Option<Intersection> {
         let hit = self.advance(scene, ray, wavelengths);
         match &hit {
             Some(hit) => {
-                self.tell_of_surface(scene, ray, hit);
+                self.tell_of_surface(scene, ray, hit, wavelengths, stream);
                 let light = self.emitted(scene, ray, hit, wavelengths);
                 *arriving += self.found(light);
             }
@@ -299,9 +302,14 @@ impl<const C: usize, O: Observe> Path<C, O> {
             self.end(scene, PathEnd::MaxDepth);
             return None;
         }
-        let choice =
-            if scene.features().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 };
+        let choice = self.choice(scene, stream);
         Some(scene.shade(hit, -ray.direction, &self.media, wavelengths, choice))
+    }
+
+    /// What chooses between the materials of the surface.
+    #[inline(always)]
+    pub(super) fn choice(&self, scene: &Scene, stream: &Stream) -> f64 {
+        if scene.features().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 }
     }
 
     /// Light that reaches the surface straight from a light, and on by scattering. `None` where the path

@@ -62,7 +62,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
                     self.collide(scene, &ray, collision, by_aim, wavelengths, stream, &mut arriving)
                 }
                 Event::Surface(hit) => {
-                    self.tell_of_surface(scene, &ray, hit);
+                    self.tell_of_surface(scene, &ray, hit, wavelengths, stream);
                     let light = self.emitted(scene, &ray, hit, wavelengths);
                     arriving += self.found(light);
                     let shading = self.shade(scene, &ray, hit, wavelengths, stream);

@@ -137,6 +137,13 @@ impl Materials {
 }
 
 impl<const C: usize> Shading<C> {
+    /// The unit normal that the material is seen with, on the side of the surface's own, also behind what has
+    /// two sides.
+    pub fn normal(&self) -> Vec3 {
+        let Frame { x, y, z } = self.frame;
+        z * x.cross(y).dot(z).signum()
+    }
+
     /// The value for light from a direction, and the density of sampling it.
     pub fn evaluate(&self, toward_light: Vec3) -> Evaluation<C> {
         let factor = self.factor(toward_light);

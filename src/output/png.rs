@@ -26,8 +26,9 @@ pub enum Exposure {
 pub enum ToneCurve {
     /// As they are, up to white.
     Linear,
-    /// A shoulder that takes the brightest pixel to white instead of burning it (Reinhard et al.,
-    /// "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002, eq. 4).
+    /// Where pixels are beyond white, a shoulder that takes the brightest to white instead of burning it
+    /// (Reinhard et al., "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002, eq. 4); else
+    /// as they are.
     Reinhard,
     /// An S that darkens shadows, for more contrast: Narkowicz's fit of the ACES reference curve (2015),
     /// after a factor of 0.6.

@@ -228,6 +228,12 @@ impl Target {
     }
 }
 
+/// A fraction as the number of per cent that it was read from: what rounding adds is left out.
+fn in_percent(fraction: f64) -> f64 {
+    let percent = 100.0 * fraction;
+    format!("{percent:.12e}").parse().unwrap_or(percent)
+}
+
 impl FromStr for Target {
     type Err = String;
 
@@ -254,7 +260,7 @@ impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self.measure {
             ErrorMeasure::RelMse => write!(f, "relmse<{:e}", self.bound),
-            ErrorMeasure::Error => write!(f, "error<{}%", 100.0 * self.bound),
+            ErrorMeasure::Error => write!(f, "error<{}%", in_percent(self.bound)),
             ErrorMeasure::ColourDifference => write!(f, "de<{}", self.bound),
         }
     }
@@ -274,7 +280,7 @@ mod tests {
             assert!(read(wrong).is_err(), "{wrong}");
         }
         assert_eq!(read("de<0.5"), Ok(Target { measure: ErrorMeasure::ColourDifference, bound: 0.5 }));
-        for text in ["relmse<1e-3", "error<1%", "de<0.5"] {
+        for text in ["relmse<1e-3", "error<1%", "error<0.45%", "error<0.47%", "error<33.3%", "de<0.5"] {
             assert_eq!(read(text).map(|target| target.to_string()), Ok(text.to_owned()));
         }
     }

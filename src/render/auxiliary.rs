@@ -203,13 +203,10 @@ impl FirstHit<'_> {
         choice
     }
 
-    /// The normal that the material is seen with, on the side of the surface's own, also behind what has two
-    /// sides.
+    /// The normal that the material is seen with.
     fn normal(&self) -> Vec3 {
         let wavelengths = Wavelengths::<1> { nm: [550.0], density: Sampled::ONE };
-        let frame =
-            self.scene.shade(self.hit, self.toward_eye, self.media, &wavelengths, self.choice()).frame;
-        frame.z * frame.x.cross(frame.y).dot(frame.z).signum()
+        self.scene.shade(self.hit, self.toward_eye, self.media, &wavelengths, self.choice()).normal()
     }
 
     /// The colour of the fraction of light from all around that is sent toward the eye, `C` wavelengths at a

@@ -176,7 +176,7 @@ fn fill<const C: usize>(
         let mut work = lock(&work);
         if work.pieces_done() == light_pieces + blocks.len() {
             work.end_pass();
-            progress.pass_done(work.film());
+            progress.pass_done(&work);
         }
         if progress.stop().load(Ordering::Relaxed) {
             break;

@@ -1,7 +1,6 @@
 //! Progress of a render: reports, and the wish to stop.
 
 use super::{Chosen, Work};
-use crate::film::Film;
 use std::sync::atomic::AtomicBool;
 
 /// Receives the progress of a render, and may stop it.
@@ -12,8 +11,8 @@ pub trait Progress: Sync {
     /// Called after each piece of work with the number of its samples.
     fn advanced(&self, samples: u64);
 
-    /// Called when every pixel has the same number of samples again.
-    fn pass_done(&self, film: &Film);
+    /// Called when every pixel has its share of the samples again.
+    fn pass_done(&self, work: &Work);
 
     /// Asked after each piece of work: whether [`Self::keep`] is to be called.
     fn wants_to_keep(&self) -> bool {
@@ -46,7 +45,7 @@ impl Default for NoProgress {
 impl Progress for NoProgress {
     fn advanced(&self, _: u64) {}
 
-    fn pass_done(&self, _: &Film) {}
+    fn pass_done(&self, _: &Work) {}
 
     fn stop(&self) -> &AtomicBool {
         &self.0

@@ -100,6 +100,13 @@ impl Work {
         (!self.done.contains(&true)).then_some(self.samples.start..end)
     }
 
+    /// The samples of each replicate that are in the film, in a picture whose samples are not allocated: a
+    /// pixel may have half as many of them, or four times as many. `None` while a pass is under way.
+    pub fn samples_per_replicate(&self) -> Option<u64> {
+        let finished = self.finished()?;
+        Some((finished.end - finished.start) / u64::from(self.schedule.replicates))
+    }
+
     /// Whether all samples are taken.
     pub fn is_finished(&self) -> bool {
         self.finished() == Some(self.samples())

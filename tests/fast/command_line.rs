@@ -98,6 +98,10 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         (vec!["spectrum", "Au", "--kind", "reflectance"], "take --kind conductor"),
         (vec!["render", &good, "--spp", "4194305", "--replicates", "1"], "take --replicates 2 or more"),
         (vec!["render", &good, "--spp", "4194305", "--sampler", "regular"], "regular has one replicate"),
+        (vec!["render", &good, "--checkpoint-every", "5s"], "add --checkpoint, or --resume"),
+        (vec!["render", &good, "--no-png", "--tone", "aces"], "--tone is of the PNG, and --no-png leaves"),
+        (vec!["render", &good, "-o", "x.checkpoint", "--exposure", "1"], "a checkpoint has none beside it"),
+        (vec!["merge", "a.checkpoint", "-o", "x.checkpoint", "--tone", "aces"], "name the output *.exr"),
         (vec!["draw"], "draw"),
     ] {
         let output = folder.run(&arguments);
@@ -143,6 +147,65 @@ fn a_table_with_a_byte_order_mark_is_read_and_one_in_micrometres_refused() {
     folder.write("small.spd", "0.4 0.1\n0.7 0.2\n");
     let told = folder.ends(2, &["spectrum", "small.spd"]);
     assert!(told.starts_with("error: small.spd: line 1, column 1") && told.contains("by 1000"), "{told}");
+}
+
+#[test]
+fn what_a_table_leaves_open_is_told() {
+    let folder = Folder::new("open-tables");
+    let told = |arguments: &[&str]| stdout(&folder.run(&[&["spectrum"], arguments].concat()));
+    let told_outside = "(2000 nm is outside the table, 300–830 nm: it counts as 0)";
+    assert!(told(&["D65", "--at", "500", "--at", "2000"]).contains(told_outside));
+    assert!(!told(&["D65", "--at", "500"]).contains("outside"));
+    // A reflectance in per cent.
+    folder.write("percent.csv", "wavelength_nm,a\n400,10\n700,20\n");
+    let refused = folder.ends(2, &["spectrum", "percent.csv", "--kind", "reflectance"]);
+    assert!(refused.contains("is 10 at 400 nm") && refused.contains("divided by 100"), "{refused}");
+    folder.ends(0, &["spectrum", "percent.csv"]);
+    folder.write("x.csv", "nm,a\n400,1\n700,1\n");
+    assert!(folder.ends(2, &["spectrum", "x.csv"]).contains("such as wavelength_nm,reflectance"));
+    // One that ends within what can be seen, unless it ends in black.
+    folder.write("short.spd", "400 0.1\n700 0.2\n");
+    folder.write("black.spd", "400 0\n500 0.2\n700 0\n");
+    let note = "the table covers 400–700 nm; scenes take 0 beyond";
+    assert!(told(&["short.spd", "--kind", "reflectance"]).contains(note));
+    assert!(!told(&["short.spd"]).contains(note));
+    assert!(!told(&["black.spd", "--kind", "reflectance"]).contains(note));
+    let info = |table: &str, film: &str| {
+        folder.write(
+            "x.xml",
+            format!(
+                r#"<scene version="3.0.0"><sensor type="perspective">{film}</sensor><emitter type="constant"/>
+    <shape type="sphere"><bsdf type="diffuse"><spectrum name="reflectance" filename="{table}"/></bsdf></shape></scene>"#
+            ),
+        );
+        stdout(&folder.run(&["info", "x.xml"]))
+    };
+    let remark = "The reflectance: the table covers 400–700 nm; it is 0 beyond";
+    assert!(info("short.spd", "").contains(remark), "{}", info("short.spd", ""));
+    assert!(!info("black.spd", "").contains("covers"));
+}
+
+#[test]
+fn white_is_stated_for_what_colours_a_picture_has() {
+    let folder = Folder::new("white");
+    let white = |format: &str, observer: &str| {
+        folder.write(
+            "x.xml",
+            format!(
+                r#"<scene version="3.0.0"><emitter type="constant"/><sensor type="perspective">
+    <film type="hdrfilm"><string name="pixel_format" value="{format}"/></film></sensor></scene>"#
+            ),
+        );
+        let observer = format!("--observer={observer}");
+        folder.ends(0, &["render", "x.xml", "-o", "x.exr", "--spp=1", "--size=4x4", "-q", &observer]);
+        folder.picture("x.exr").attribute("abbe.whitePoint").map(str::to_owned).unwrap_or_default()
+    };
+    let standard = "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)";
+    assert_eq!(white("rgb", "cie1931"), standard);
+    assert_eq!(white("rgb", "cie1931-5nm"), standard);
+    let other = white("rgb", "cie1964");
+    assert!(other.starts_with(standard) && other.ends_with("R = 1.100, G = 1.101, B = 1.081"), "{other}");
+    assert_eq!(white("xyz", "cie1964"), "none: X, Y and Z are those of CIE 1964 10°");
 }
 
 #[test]
@@ -273,6 +336,8 @@ fn a_scene_without_light_is_told_before_the_render() {
         folder.write("dark.xml", &scene);
         let render = folder.run(&["render", "dark.xml", "--spp=1", "--size=4x4"]);
         assert_eq!(render.status.code(), Some(0), "{}", stderr(&render));
+        let quiet = folder.run(&["render", "dark.xml", "--spp=1", "--size=4x4", "-q"]);
+        assert_eq!(stderr(&quiet).contains("the picture is black"), expected.is_some(), "{}", stderr(&quiet));
         let [told, listed] = [&["info", "dark.xml"][..], &["info", "dark.xml", "--json"]]
             .map(|arguments| stdout(&folder.run(arguments)));
         let said = [stderr(&render), told, listed];

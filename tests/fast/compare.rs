@@ -125,7 +125,7 @@ fn a_black_background_leaves_the_p_values_uniform() {
     assert!(of_green("noiseless") > 1000.0 && of_green("borrowed") > 20.0, "{found}");
     assert_eq!(counted + of_green("noiseless") + of_green("borrowed"), 48.0 * 48.0, "{found}");
     let told = stdout(&folder.run(&["compare", "a.exr", "b.exr"]));
-    assert!(told.contains("without noise") && told.contains("error of their neighbours"), "{told}");
+    assert!(told.contains("without noise") && told.contains("equal on both sides or black"), "{told}");
 
     // A bias is found all the same.
     render(&folder, "c.exr", &["--spp", "256", "--seed", "3", "-D", "power=1.2"]);
@@ -326,7 +326,10 @@ fn odd_files_are_compared_as_far_as_they_go() {
     ];
     assert!(told.iter().all(|told| compared.notes.iter().any(|note| note == told)), "{:?}", compared.notes);
     let other_kind = small(&[("other.X", [0.5; 4]), ("other.Y", [0.5; 4]), ("other.Z", [0.25; 4])]);
-    assert!(compare(from_ref(&layered), from_ref(&other_kind), &Options::default()).is_err());
+    let refused = compare(from_ref(&layered), from_ref(&other_kind), &Options::default());
+    let refused = refused.expect_err("nothing is converted").to_string();
+    let told = "A has beauty.R, beauty.G, beauty.B, and B has other.X, other.Y, other.Z";
+    assert!(refused.contains(told) && refused.contains("xyz (X, Y, Z)"), "{refused}");
     // Files of others: what is named as an image of the scene, alpha or depth is not light.
     let beside = [("A", [1.0; 4]), ("Layer.Normal.X", [0.0; 4]), ("Z", [3.0; 4]), ("albedo.R", [0.5; 4])];
     let colours = [("R", [0.5; 4]), ("G", [0.5; 4]), ("B", [0.25; 4])];
@@ -338,8 +341,40 @@ fn odd_files_are_compared_as_far_as_they_go() {
     assert_eq!(tested.map(|channel| channel.name.as_str()).collect::<Vec<_>>(), ["R", "G", "B"]);
     assert_eq!(
         compared.notes[0],
-        "not of light, and so compared but not tested: A Layer.Normal.X Z albedo.R"
+        "not of light, and so compared but not tested: A, Layer.Normal.X, Z, albedo.R"
     );
+}
+
+/// Spectral bins come before colours in a file, and do not hide them where these are of two kinds.
+#[test]
+fn colours_of_two_kinds_are_told_without_what_is_beside_them() {
+    let with_bins = |colours: [&'static str; 3]| {
+        let bins = (0..20).map(|bin| format!("S0.{bin},000000nm"));
+        let names: Vec<String> = bins.chain(colours.map(str::to_owned)).collect();
+        small(&names.iter().map(|name| (name.as_str(), [0.5; 4])).collect::<Vec<_>>())
+    };
+    let [a, b] = [with_bins(["X", "Y", "Z"]), with_bins(["B", "G", "R"])];
+    let refused = compare(&[a], &[b], &Options::default()).expect_err("nothing is converted").to_string();
+    assert!(refused.contains("A has X, Y, Z, and B has R, G, B\n"), "{refused}");
+}
+
+#[test]
+fn observers_and_ranges_that_differ_are_told() {
+    let made = |observer: &str, range: &str| {
+        let attributes = [("abbe.observer", observer), ("abbe.wavelengthRange", range)];
+        let attributes = attributes.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec();
+        Channels { attributes, ..small(&[("R", [0.5; 4]), ("G", [0.5; 4]), ("B", [0.25; 4])]) }
+    };
+    let notes = |a: Channels, b: Channels| {
+        compare(&[a], &[b], &Options::default()).expect("files that can be compared").notes.join("\n")
+    };
+    let all = "360 nm to 830 nm";
+    let told = notes(made("CIE 1931 2°", all), made("CIE 1964 10°", all));
+    assert!(told.contains("the observers differ (A: CIE 1931 2°, B: CIE 1964 10°)"), "{told}");
+    assert!(!told.contains("ranges"), "{told}");
+    let told = notes(made("CIE 1931 2°", all), made("CIE 1931 2°", "400 nm to 700 nm"));
+    assert!(told.contains("the ranges of wavelengths differ (A: 360 nm to 830 nm, B: 400 nm"), "{told}");
+    assert!(!told.contains("observers"), "{told}");
 }
 
 /// Images beside the picture, whatever they are called, change neither the number of tests nor what they

@@ -174,6 +174,46 @@ fn the_program_tells_and_draws_a_sample() {
     }
 }
 
+/// A triangle in the plane z = 0 whose vertices say that it is tilted, and a flat floor beside it.
+#[test]
+fn a_shading_normal_is_told_where_it_is_another() {
+    let folder = Folder::new("shading-normal");
+    folder.write("t.obj", "v -9 -9 0\nv 0 -9 0\nv 0 9 0\nv -9 9 0\nvn 0.6 0 0.8\nf 1//1 2//1 3//1 4//1\n");
+    folder.write(
+        "made.xml",
+        r#"<scene version="3.0.0"><integrator type="path"/>
+    <sensor type="orthographic">
+        <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="16"/></film>
+    </sensor>
+    <shape type="obj"><string name="filename" value="t.obj"/></shape>
+    <shape type="rectangle"><transform name="to_world"><scale value="9"/><translate z="-1"/></transform></shape>
+    <emitter type="constant"/></scene>"#,
+    );
+    let ask = |pixel: &str, more: &[&str]| {
+        let common = ["explain", "made.xml", "--spp=4", "--estimator=plain", "--sample=0", pixel];
+        let output = folder.run(&[&common[..], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        stdout(&output)
+    };
+    let seen = |pixel: &str| {
+        let json: serde_json::Value = serde_json::from_str(&ask(pixel, &["--json"])).expect("valid JSON");
+        let steps = json["steps"].as_array().expect("steps").clone();
+        let first = steps.into_iter().find(|step| step["step"] == "surface").expect("a surface");
+        assert_eq!(first["normal"], serde_json::json!([0.0, 0.0, 1.0]));
+        first["shading_normal"].clone()
+    };
+    let (tilted, flat) = ("--pixel=3,8", "--pixel=12,8");
+    assert!(
+        ask(tilted, &[])
+            .contains("normal (0.00000, 0.00000, 1.00000), shading normal (0.60000, 0.00000, 0.80000)")
+    );
+    assert!(!ask(flat, &[]).contains("shading"), "{}", ask(flat, &[]));
+    let axes: Vec<f64> = serde_json::from_value(seen(tilted)).expect("three numbers");
+    assert!((axes[0] - 0.6).abs() < 1e-6 && (axes[2] - 0.8).abs() < 1e-6, "{axes:?}");
+    assert!(seen(flat).is_null());
+}
+
 #[test]
 fn of_a_black_pixel_its_own_sample_is_told() {
     let scene = {

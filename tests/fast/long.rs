@@ -310,6 +310,34 @@ fn a_render_ends_when_its_error_is_small() {
     until(0, "time.exr", &["--time=0.5s"]);
 }
 
+/// A wall under a lamp takes up a third of the picture, and the rest is black: its pixels have half of the
+/// samples that a picture of even samples has when its replicates have four.
+#[test]
+fn an_error_is_looked_at_by_the_samples_of_the_whole_picture() {
+    let folder = Folder::new("allocated");
+    folder.write(
+        "made.xml",
+        r#"<scene version="3.0.0"><integrator type="path"/>
+    <sensor type="orthographic">
+        <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="96"/><integer name="height" value="96"/></film>
+    </sensor>
+    <shape type="rectangle"><transform name="to_world"><scale y="2"/><translate x="1.345"/></transform></shape>
+    <shape type="sphere"><point name="center" x="0.7" y="0.5" z="0.5"/><float name="radius" value="0.1"/>
+        <emitter type="area"><spectrum name="radiance" value="10"/></emitter></shape></scene>"#,
+    );
+    // A pilot of several finds that it pays to allocate samples.
+    let allocated = (1..8).find_map(|seed| {
+        let seed = format!("--seed={seed}");
+        let arguments = ["render", "made.xml", "-o", "x.exr", "--no-png", "--until=error<90%", &seed];
+        folder.ends(0, &arguments);
+        let samples = folder.picture("x.exr").attribute("abbe.samplesPerPixel").map(str::to_owned);
+        samples.filter(|samples| samples.contains(" to "))
+    });
+    let allocated = allocated.expect("a pilot of several");
+    assert!(allocated.starts_with("16 to "), "{allocated}");
+}
+
 /// Takes packets apart as tev's protocol has them: length, kind, and what each kind says.
 #[test]
 fn a_viewer_is_shown_the_picture() {

@@ -1,9 +1,8 @@
 //! How a picture is rendered is found by pilots.
 
 use crate::common::{compiled, described_file};
-use abbe::film::Film;
 use abbe::integrator::Estimator;
-use abbe::render::{Chosen, Progress, Schedule, Settings, WavelengthCount, render};
+use abbe::render::{Chosen, Progress, Schedule, Settings, WavelengthCount, Work, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::CompileOptions;
 use std::sync::OnceLock;
@@ -24,7 +23,7 @@ impl Progress for Noted {
 
     fn advanced(&self, _: u64) {}
 
-    fn pass_done(&self, _: &Film) {}
+    fn pass_done(&self, _: &Work) {}
 
     fn stop(&self) -> &AtomicBool {
         &self.stop

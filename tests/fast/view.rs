@@ -17,6 +17,17 @@ const SCENE: &str = r#"<scene version="3.0.0"><integrator type="path"/>
     <shape type="sphere"><point name="center" x="0" y="0" z="0.6"/><float name="radius" value="0.5"/><bsdf type="plastic"/></shape>
     <emitter type="constant"><spectrum name="radiance" value="400:1, 700:3"/></emitter></scene>"#;
 
+#[test]
+fn a_file_that_was_cut_off_is_refused_at_once() {
+    let folder = Folder::new("cut-off");
+    folder.write("made.xml", SCENE);
+    folder.ends(0, &["render", "made.xml", "-o", "x.exr", "--spp=4", "--no-png", "-q"]);
+    let whole = folder.bytes("x.exr");
+    folder.write("cut.exr", &whole[..whole.len() - 100]);
+    let told = folder.ends(2, &["view", "cut.exr"]);
+    assert!(told.contains("cannot read cut.exr") && told.contains("expected an OpenEXR file"), "{told}");
+}
+
 /// `abbe view`, ended when it is dropped.
 struct View {
     child: Child,

@@ -24,18 +24,17 @@ struct Ended {
 struct Until<'a> {
     targets: &'a [Target],
     ended: Mutex<Vec<Option<Ended>>>,
-    replicates: u64,
     stop: AtomicBool,
 }
 
 impl Progress for Until<'_> {
     fn advanced(&self, _: u64) {}
 
-    fn pass_done(&self, film: &Film) {
-        let samples = *film.samples_per_pixel().start() / self.replicates;
-        if !Target::decides_at(samples) {
+    fn pass_done(&self, work: &Work) {
+        if !work.samples_per_replicate().is_some_and(Target::decides_at) {
             return;
         }
+        let film = work.film();
         let mut ended = self.ended.lock().expect("no test has failed");
         for (target, ended) in self.targets.iter().zip(ended.iter_mut()) {
             if ended.is_none() && target.is_met(target.estimate(film)) {
@@ -80,9 +79,8 @@ fn mean(values: &[f64]) -> f64 {
 /// The pictures that renders with these targets end with.
 fn ended(scene: &Scene, targets: &[Target], seed: u64) -> Vec<Ended> {
     let settings = settings(1 << 14, seed);
-    let replicates = u64::from(settings.schedule().replicates);
     let none = targets.iter().map(|_| None).collect();
-    let until = Until { targets, ended: Mutex::new(none), replicates, stop: AtomicBool::new(false) };
+    let until = Until { targets, ended: Mutex::new(none), stop: AtomicBool::new(false) };
     go_on(scene, &settings, Work::new(scene, &settings, None), &until);
     let ended = until.ended.into_inner().expect("no test has failed");
     ended.into_iter().map(|ended| ended.expect("the target is reached")).collect()

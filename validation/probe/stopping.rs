@@ -1,4 +1,3 @@
-use abbe::film::Film;
 use abbe::integrator::Estimator;
 use abbe::output::target::{ErrorMeasure, Target};
 use abbe::render::{Chosen, Progress, Schedule, Settings, WavelengthCount, Work, go_on};
@@ -39,11 +38,12 @@ struct Watch {
 impl Progress for Watch {
     fn advanced(&self, _: u64) {}
 
-    fn pass_done(&self, film: &Film) {
-        let samples = *film.samples_per_pixel().start();
-        if !Target::decides_at(samples / self.replicates) {
+    fn pass_done(&self, work: &Work) {
+        let Some(of_replicate) = work.samples_per_replicate().filter(|&count| Target::decides_at(count))
+        else {
             return;
-        }
+        };
+        let (film, samples) = (work.film(), of_replicate * self.replicates);
         let seconds = locked(&self.began).elapsed().as_secs_f64();
         let at_most = |measure| Target { measure, bound: 1.0 }.estimate(film).map(|found| found.at_most);
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -101,6 +101,7 @@ fn tell_step(text: &mut String, vertex: u32, step: &Step, description: &Descript
         Step::Surface {
             place: at,
             normal,
+            shading_normal,
             distance,
             shape: number,
             material,
@@ -115,7 +116,8 @@ fn tell_step(text: &mut String, vertex: u32, step: &Step, description: &Descript
                 "{vertex:3}  surface: {shape}, material {material}, after {distance:.5}{}",
                 within(*medium)
             )?;
-            writeln!(text, "     at {}, normal {}", place(*at), place(*normal))?;
+            let seen = shading_normal.map(|seen| format!(", shading normal {}", place(seen)));
+            writeln!(text, "     at {}, normal {}{}", place(*at), place(*normal), seen.unwrap_or_default())?;
             state(text, throughput, ratio)
         }
         Step::Medium { place: at, distance, medium, throughput, ratio } => {

@@ -107,6 +107,8 @@ pub(super) fn run_shown(
         frames::path_of_frame(output, frames.start)?;
     }
     let output = args.output_path()?;
+    args.png.refuse_without_png(!has_extension(&output, checkpoint::EXTENSION))?;
+    args.long.refuse_without_checkpoint(&output, args.frames.frames.is_some())?;
     let Some(frames) = args.frames.frames.clone() else {
         serve()?;
         return picture(
@@ -181,6 +183,8 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
                 settings.schedule.samples()
             ));
         }
+    }
+    if is_first {
         warn(&scene);
     }
     refuse_what_no_memory_holds(&scene, &settings)?;
@@ -255,8 +259,7 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
         let picture = Picture { film, content, moments, auxiliary: images, attributes };
         output::exr::write(path, &picture).map_err(|error| cannot_write(path, &error))?;
         if let Some(png) = &places.png {
-            output::png::write(png, &picture, args.png.exposure, args.png.tone)
-                .map_err(|error| cannot_write(png, &error))?;
+            args.png.write(png, &picture).map_err(|error| cannot_write(png, &error))?;
         }
         if !args.quiet {
             report::print(path, places.png.as_deref(), film, before, seconds);

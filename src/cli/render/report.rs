@@ -7,7 +7,9 @@ use abbe::film::{BadValues, Film, Region};
 use abbe::output::target::Target;
 use abbe::render::Settings;
 use abbe::scene::Scene;
-use abbe::scene::description::{Description, Note};
+use abbe::scene::description::{self, Description, FilmContent, Note, PixelFormat};
+use abbe::spectrum::catalogue;
+use abbe::spectrum::colour::{Observer, xyz_to_rec709};
 use abbe::units::WavelengthRange;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -35,7 +37,7 @@ pub(super) fn attributes(
         ("wavelengthsPerPath", per_path(settings)),
         ("wavelengthRange", format!("{} nm to {} nm", range.min, range.max)),
         ("observer", args.sampling.observer.name().to_owned()),
-        ("whitePoint", "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)".to_owned()),
+        ("whitePoint", white_point(&description.sensor.film, args.sampling.observer)),
         ("assumptions", lines(&description.assumptions)),
         ("extensions", lines(&description.extensions)),
         ("needs", scene.features().to_string()),
@@ -43,6 +45,27 @@ pub(super) fn attributes(
     // First, for what else differs follows from it.
     let asked = (ASKED_SAMPLES.to_owned(), settings.schedule.samples().to_string());
     std::iter::once(asked).chain(named(text)).collect()
+}
+
+/// What white is in the colours of a film. Empty where it has none.
+fn white_point(film: &description::Film, observer: &Observer) -> String {
+    const REC709: &str = "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)";
+    let FilmContent::Colour { format, .. } = &film.content else { return String::new() };
+    if *format != PixelFormat::Rgb {
+        return format!("none: X, Y and Z are those of {}", observer.name());
+    }
+    let standard = Observer::cie1931();
+    let is_standard = [standard, Observer::cie1931_5nm()].iter().any(|of| of.name() == observer.name());
+    let Some(d65) = catalogue::illuminant("D65").ok().filter(|_| !is_standard) else {
+        return REC709.to_owned();
+    };
+    let all = WavelengthRange::VISIBLE;
+    let [r, g, b] = xyz_to_rec709(observer.xyz_of(&d65, all) / standard.xyz_of(&d65, all).y);
+    format!(
+        "{REC709}; X, Y and Z are those of {}, by which D65 of Y = 1 by {} has R = {r:.3}, G = {g:.3}, B = {b:.3}",
+        observer.name(),
+        standard.name()
+    )
 }
 
 /// What the film itself says of how it was made.
@@ -123,7 +146,8 @@ pub(super) fn print(path: &Path, png: Option<&Path>, film: &Film, before: u64, s
     // Pixels that err more may have more than others.
     let per_pixel = (10.0 * done as f64 / pixels as f64).round() / 10.0;
     let error = Target::mean_error(film).map_or("its error is not known".to_owned(), |error| {
-        format!("error {} of the mean luminance", percent(error))
+        let of = if film.extras.responses.is_empty() { "luminance" } else { "response" };
+        format!("error {} of the mean {of}", percent(error))
     });
     let speed = match done - before {
         0 => "nothing left to do".to_owned(),

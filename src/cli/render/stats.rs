@@ -77,11 +77,11 @@ impl Progress for Statistics<'_> {
         self.progress.advanced(samples);
     }
 
-    fn pass_done(&self, film: &Film) {
+    fn pass_done(&self, work: &Work) {
         let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        taken.passes.push((film.measured_samples(), self.started.elapsed()));
+        taken.passes.push((work.film().measured_samples(), self.started.elapsed()));
         drop(taken);
-        self.progress.pass_done(film);
+        self.progress.pass_done(work);
     }
 
     fn wants_to_keep(&self) -> bool {

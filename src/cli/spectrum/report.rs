@@ -27,12 +27,16 @@ pub(super) fn report(subject: &Subject, at: &[f64], photons: bool) -> String {
         Quantity::Spectrum(spectrum) => {
             sampling(&mut text, "sampling", spectrum);
             assumption(&mut text, catalogue::held_outside(spectrum, RANGE));
+            if subject.kind == Some(Kind::Reflectance) {
+                ends(&mut text, spectrum);
+            }
             match photons {
                 true => values(&mut text, at, &["value", "photons"], |nm| {
                     vec![spectrum.at(nm), spectrum.at(nm) * photons_per_joule(nm)]
                 }),
                 false => values(&mut text, at, &["value"], |nm| vec![spectrum.at(nm)]),
             }
+            outside(&mut text, at, spectrum);
             match subject.kind {
                 Some(Kind::Reflectance) => reflected(&mut text, spectrum),
                 Some(Kind::Absorption) => transmitted(&mut text, spectrum),
@@ -61,6 +65,7 @@ pub(super) fn report(subject: &Subject, at: &[f64], photons: bool) -> String {
             let reflects = |nm| reflectance_of_index(n.at(nm), k.at(nm));
             let row = |nm| vec![n.at(nm), k.at(nm), reflects(nm)];
             values(&mut text, at, &["n", "k", "reflectance"], row);
+            outside(&mut text, at, n);
             reflected(&mut text, &derived(reflects));
         }
     }
@@ -74,6 +79,25 @@ fn line(text: &mut String, what: &str, value: &str) {
 fn assumption(text: &mut String, sentence: Option<String>) {
     if let Some(sentence) = sentence {
         line(text, "assumption", &sentence);
+    }
+}
+
+/// Says that a reflectance is black beyond its table, where that ends within what can be seen.
+fn ends(text: &mut String, reflectance: &Spectrum) {
+    let Some(known) = reflectance.domain().filter(|_| !reflectance.is_held_within(RANGE)) else { return };
+    let is_black = [known.min, known.max].into_iter().all(|nm| reflectance.at(nm) == 0.0);
+    if !is_black && (RANGE.min < known.min || RANGE.max > known.max) {
+        line(text, "note", &format!("the table covers {}–{} nm; scenes take 0 beyond", known.min, known.max));
+    }
+}
+
+/// Says which of the wavelengths that were asked for no table states.
+fn outside(text: &mut String, at: &[f64], spectrum: &Spectrum) {
+    let Some(known) = spectrum.domain() else { return };
+    for &nm in at.iter().filter(|&&nm| nm < known.min || nm > known.max) {
+        let here = WavelengthRange { min: nm, max: nm };
+        let taken = if spectrum.is_held_within(here) { "its end value is held" } else { "it counts as 0" };
+        let _ = writeln!(text, "  ({nm} nm is outside the table, {}–{} nm: {taken})", known.min, known.max);
     }
 }
 

@@ -44,7 +44,8 @@ struct Kept {
 
 impl Stored {
     /// # Errors
-    /// What makes the file unreadable. Damage to its pixels is found when they are asked for.
+    /// What makes the file unreadable, and that it ends too early. Damage to its pixels is found when they
+    /// are asked for.
     pub fn open(path: &Path) -> std::io::Result<Self> {
         let mut file = File::open(path)?;
         let length = file.metadata()?.len();
@@ -59,7 +60,7 @@ impl Stored {
             let problem = format!("channel {name} does not have a value for each pixel");
             return Err(std::io::Error::other(problem));
         }
-        Ok(Self {
+        let stored = Self {
             width: header.layer_size.0,
             height: header.layer_size.1,
             names: list.iter().map(|channel| decoded(&channel.name)).collect(),
@@ -67,7 +68,23 @@ impl Stored {
             layer,
             file: Mutex::new(file),
             kept: Mutex::default(),
-        })
+        };
+        stored.refuse_cut_off()?;
+        Ok(stored)
+    }
+
+    /// Finds a file that was cut off by its first and its last block, which are not decoded.
+    fn refuse_cut_off(&self) -> std::io::Result<()> {
+        let is_at_end = |block: &BlockIndex| {
+            let (from, size) = (block.pixel_position, block.pixel_size);
+            from == Vec2(0, 0) || (from.0 + size.0, from.1 + size.1) == (self.width, self.height)
+        };
+        let is_wanted =
+            |block: &BlockIndex| block.layer == self.layer && block.level == Vec2(0, 0) && is_at_end(block);
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut chunks =
+            reader(&mut file)?.filter_chunks(false, |_, _, block| is_wanted(&block)).map_err(damaged)?;
+        chunks.try_for_each(|chunk| chunk.map(|_| ())).map_err(damaged)
     }
 
     /// The names of its channels, in their order.

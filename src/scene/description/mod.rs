@@ -67,7 +67,9 @@ pub struct Description {
 impl Description {
     /// The same without the notes that are about wavelengths outside of a range alone.
     pub fn over(mut self, range: WavelengthRange) -> Self {
-        self.assumptions.retain(|note| note.concerns(range));
+        for notes in [&mut self.assumptions, &mut self.remarks] {
+            notes.retain(|note| note.concerns(range));
+        }
         self
     }
 }

@@ -8,7 +8,10 @@ const CLASSES: [(&str, &str, &str); 12] = [
     (
         "shape",
         "Shapes",
-        "Lengths are in the scene's own unit, in the coordinates that `to_world` takes to the scene.",
+        "Lengths are in the scene's own unit, in the coordinates that `to_world` takes to the scene. One that \
+         mirrors turns spheres inside out, and meshes without vertex normals or with `face_normals`, as in \
+         Mitsuba; cylinders, disks, rectangles, cubes and other meshes keep their outside. `flip_normals` turns a \
+         shape back.",
     ),
     ("bsdf", "BSDFs", ""),
     ("emitter", "Emitters", "`area` and `directionalarea` stand in shapes, the others in the scene."),

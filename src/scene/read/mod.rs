@@ -29,7 +29,7 @@ mod tree;
 mod whole;
 mod xml;
 
-use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, Solid, SpectrumSource};
+use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, Solid, SpectrumKind, SpectrumSource};
 use super::plugins::{self, bsdfs, integrators, lights, media, phases, sensors};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
@@ -206,6 +206,23 @@ impl Reader {
     fn holds(&self, place: &Place, name: &str, known: WavelengthRange) {
         let text = format!("{name}: {}", catalogue::held(known));
         self.assumptions.borrow_mut().push(Note { beyond: Some(known), ..Note::new(place, text) });
+    }
+
+    /// Tells of a table of a reflectance that a surface is black beyond, unless the table ends in black.
+    fn ends(&self, title: &str, source: &SpectrumSource) {
+        let ends_in_black = match &source.kind {
+            SpectrumKind::Irregular { values, .. } | SpectrumKind::Regular { values, .. } => {
+                [values.first(), values.last()].iter().all(|value| value.is_none_or(|&value| value == 0.0))
+            }
+            _ => return,
+        };
+        let Some(known) = source.domain().filter(|_| !ends_in_black) else { return };
+        let text = format!(
+            "{title}: the table covers {}–{} nm; it is 0 beyond, as in Mitsuba 3: for other values there, add its ends \
+             at the ends of the range that is rendered",
+            known.min, known.max
+        );
+        self.remarks.borrow_mut().push(Note { beyond: Some(known), ..Note::new(&source.place, text) });
     }
 
     /// The answer to a question that is asked again when its turn comes, and told of then.

@@ -308,6 +308,9 @@ pub(in crate::scene) fn check(reader: &Reader, source: &SpectrumSource, name: &s
         );
         return false;
     }
+    if matches!(purpose, Use::Reflectance | Use::Albedo) {
+        reader.ends(&purpose.title(name), source);
+    }
     true
 }
 

@@ -101,7 +101,8 @@ impl Context<'_> {
         }
         if (axis.length() - 1.0).abs() > 1e-6 {
             let text = format!(
-                "the rotation axis has length {:.6}: it is used as it is, as Mitsuba 3 does, and so also stretches and shears",
+                "the rotation axis has length {:.6}: it is used as it is, as Mitsuba 3 does, and so also stretches and \
+                 shears; write an axis of length 1",
                 axis.length()
             );
             self.assumptions.push(Note::new(place, text));

@@ -32,8 +32,9 @@ pub struct LongOptions {
     resume: bool,
 
     /// Time between checkpoints, such as 30s, 10m or 2h. They take a twentieth of the time at most
-    #[arg(long, value_name = "TIME", default_value = "1m", value_parser = parse_time, allow_hyphen_values = true)]
-    checkpoint_every: Duration,
+    /// [default: 1m]
+    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true)]
+    checkpoint_every: Option<Duration>,
 
     /// Render samples A to B − 1 of each pixel alone, counted from 0, of all that --spp says: a part for abbe
     /// merge. Implies --checkpoint
@@ -106,6 +107,24 @@ impl LongOptions {
             png: with_png.then(|| output.with_extension("png")),
             checkpoint: is_kept.then(|| output.with_extension(checkpoint::EXTENSION)),
         }
+    }
+
+    /// Refuses a time between checkpoints where there are none.
+    pub fn refuse_without_checkpoint(&self, output: &Path, with_frames: bool) -> Result<(), Failure> {
+        let is_kept = self.places(output, false, with_frames).checkpoint.is_some();
+        match self.checkpoint_every {
+            Some(_) if !is_kept => Err(Failure::Input(
+                "error: --checkpoint-every: no checkpoint is kept\n\
+                 help: add --checkpoint, or --resume to go on from one, or leave it out"
+                    .to_owned(),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The time between checkpoints.
+    fn between_checkpoints(&self) -> Duration {
+        self.checkpoint_every.unwrap_or(Duration::from_secs(60))
     }
 
     /// The samples of each pixel that are asked for, where not all are.

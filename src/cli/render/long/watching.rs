@@ -60,7 +60,7 @@ impl<'a> Watching<'a> {
             kept,
             options,
             started: Instant::now(),
-            next: AtomicU64::new(millis(options.checkpoint_every)),
+            next: AtomicU64::new(millis(options.between_checkpoints())),
             is_begun: AtomicBool::new(*film.samples_per_pixel().start() > 0),
             decision: Decision::default(),
             viewer: Mutex::new(viewers.tev),
@@ -69,9 +69,7 @@ impl<'a> Watching<'a> {
             stop,
         };
         // What goes on may have been good enough.
-        if work.finished().is_some() {
-            watching.decide(film);
-        }
+        watching.decide(work);
         watching
     }
 
@@ -85,8 +83,8 @@ impl<'a> Watching<'a> {
     }
 
     /// Ends the render where its error is small enough. Whether it was looked at, and told.
-    fn decide(&self, film: &Film) -> bool {
-        let Some(look) = self.decision.at_error(&self.options.until, film) else { return false };
+    fn decide(&self, work: &Work) -> bool {
+        let Some(look) = self.decision.at_error(&self.options.until, work) else { return false };
         self.progress.tells(look.told());
         if look.is_met() {
             self.stop.store(true, Ordering::Relaxed);
@@ -128,10 +126,10 @@ impl Progress for Watching<'_> {
         }
     }
 
-    fn pass_done(&self, film: &Film) {
+    fn pass_done(&self, work: &Work) {
         self.is_begun.store(true, Ordering::Relaxed);
-        if !self.decide(film) {
-            self.progress.pass_done(film);
+        if !self.decide(work) {
+            self.progress.pass_done(work);
         }
     }
 
@@ -155,7 +153,7 @@ impl Progress for Watching<'_> {
                 path.display()
             ));
         }
-        let pause = self.options.checkpoint_every.max(began.elapsed() * RARELY);
+        let pause = self.options.between_checkpoints().max(began.elapsed() * RARELY);
         self.next.store(millis(self.started.elapsed() + pause), Ordering::Relaxed);
     }
 
