@@ -198,8 +198,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         stream: &Stream,
     ) {
         let shading_normal = || {
-            let choice = self.choice(scene, stream);
-            let normal = scene.shade(hit, -ray.direction, &self.media, wavelengths, choice).normal();
+            let normal = self.shading(scene, ray, hit, wavelengths, stream).normal();
             ((normal - hit.point.normal).length() > SAME_NORMAL).then(|| axes(normal))
         };
         self.seen.tell(self.vertex, || Step::Surface {

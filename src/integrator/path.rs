@@ -302,14 +302,21 @@ impl<const C: usize, O: Observe> Path<C, O> {
             self.end(scene, PathEnd::MaxDepth);
             return None;
         }
-        let choice = self.choice(scene, stream);
-        Some(scene.shade(hit, -ray.direction, &self.media, wavelengths, choice))
+        Some(self.shading(scene, ray, hit, wavelengths, stream))
     }
 
-    /// What chooses between the materials of the surface.
+    /// How the surface scatters, wherever the path ends.
     #[inline(always)]
-    pub(super) fn choice(&self, scene: &Scene, stream: &Stream) -> f64 {
-        if scene.features().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 }
+    pub(super) fn shading(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Shading<C> {
+        let choice = scene.material_choice(stream, self.vertex);
+        scene.shade(hit, -ray.direction, &self.media, wavelengths, choice)
     }
 
     /// Light that reaches the surface straight from a light, and on by scattering. `None` where the path

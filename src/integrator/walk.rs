@@ -89,7 +89,7 @@ pub fn radiance<const C: usize>(
             scene.path_ended(PathEnd::MaxDepth, vertex + 1);
             break;
         }
-        let choice = if scene.features().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
+        let choice = scene.material_choice(stream, vertex);
         let shading = scene.shade(&hit, -ray.direction, &media, &hero, choice);
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
         let scatter = shading.sample(lobe, [u, v]);

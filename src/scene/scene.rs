@@ -146,6 +146,13 @@ impl Scene {
         Some(CameraSample { sensor, filter_weight, wavelength, time })
     }
 
+    /// The sample value that chooses between the materials of a path's n-th surface. 0 where no surface has
+    /// several: then none is drawn.
+    #[inline(always)]
+    pub fn material_choice(&self, stream: &Stream, vertex: u32) -> f64 {
+        if self.features.choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 }
+    }
+
     /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the
     /// sensor has nothing to measure at.
     pub fn sensor_ray(&self, place: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {

@@ -308,10 +308,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
 
     fn shading(&self, lane: usize, hit: &Intersection) -> Shading<C> {
         let scene = self.scene;
-        let choice = match scene.features().choices {
-            true => self.stream(lane).draw(Dimensions::Light(self.depth))[3],
-            false => 0.0,
-        };
+        let choice = scene.material_choice(self.stream(lane), self.depth);
         let toward_eye = -self.rays.get(lane).direction;
         scene.shade(hit, toward_eye, &self.media(lane), self.wavelengths(lane), choice)
     }
