@@ -40,7 +40,7 @@ pub(super) fn compiled(
     })
 }
 
-/// The formula for what a coat reflects inside, which is Mitsuba's, is made for indices of solids.
+/// The tables of rough coats, which are Mitsuba's, are too coarse for more, and no clear solid is denser.
 fn refuse_dense(
     source: &IndexSource,
     inside: &Spectrum,
