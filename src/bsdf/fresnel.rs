@@ -112,8 +112,7 @@ pub fn diffuse_reflectance(eta: f64) -> f64 {
         [3.0, 8.0, 16.0, 36.0, 6.0, -24.0, 0.0, 44.0, 7.0].into_iter().fold(0.0, |value, c| value * t + c);
     let of_rest = 3.0 * sum2 * sum2 * difference * difference * (1.0 + t2 * (6.0 + t2)) * rest;
     let from_rarer = t * (polynomial + of_rest + 24.0 * sum2 * t * t.ln()) / (12.0 * even * even * even);
-    let reflectance =
-        if eta > 1.0 { from_rarer } else { (1.0 - eta) * (1.0 + eta) + eta * eta * from_rarer };
+    let reflectance = if eta > 1.0 { from_rarer } else { (1.0 - eta) * (1.0 + eta) + eta * eta * from_rarer };
     // Rounding may reach 1 where nearly nothing passes.
     reflectance.min(1.0 - f64::EPSILON)
 }

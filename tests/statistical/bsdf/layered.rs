@@ -1,7 +1,7 @@
 //! Plastic, principled and thin surfaces: their places in the shared table, and Mitsuba's values.
 
 use super::*;
-use abbe::bsdf::RoughCoat;
+use abbe::bsdf::{RoughCoat, fresnel};
 use std::collections::BTreeMap;
 
 fn base<const C: usize>() -> PrincipledBase<C> {
@@ -34,7 +34,7 @@ pub fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
         specular_reflectance,
         specular_transmittance: ramp(0.9, -0.1),
     };
-    let plastic = Plastic { eta: ramp(1.5, 0.02), base: diffuse, specular_reflectance };
+    let plastic = Plastic::new(ramp(1.5, 0.02), diffuse, specular_reflectance);
     let nonlinear = DiffuseBase { nonlinear: true, ..diffuse };
     let rough = |distribution, alpha| {
         Bsdf::RoughPlastic(RoughPlastic {
@@ -65,7 +65,7 @@ pub fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
     let entries = [
         ("pane", Bsdf::ThinDielectric(pane)),
         ("plastic", Bsdf::Plastic(plastic)),
-        ("nonlinear plastic", Bsdf::Plastic(Plastic { base: nonlinear, ..plastic })),
+        ("nonlinear plastic", Bsdf::Plastic(Plastic::new(plastic.eta, nonlinear, specular_reflectance))),
         ("rough plastic, GGX 0.3", rough(Distribution::Ggx, 0.3)),
         ("rough plastic, Beckmann 0.1", rough(Distribution::Beckmann, 0.1)),
         ("principled", Bsdf::Principled(solid(base(), 1.5))),
@@ -141,7 +141,7 @@ pub fn random<const C: usize>(
             specular_reflectance,
             specular_transmittance: dielectric.specular_transmittance,
         }),
-        1 => Bsdf::Plastic(Plastic { eta: dielectric.eta, base: diffuse, specular_reflectance }),
+        1 => Bsdf::Plastic(Plastic::new(dielectric.eta, diffuse, specular_reflectance)),
         2 => {
             let alpha = [1e-4, 0.1, 1.0][uniform.between(0.0, 3.0) as usize];
             let coat = coat(Distribution::Ggx, alpha, [0.7, 1.5][uniform.between(0.0, 2.0) as usize]);
@@ -162,7 +162,8 @@ pub fn random<const C: usize>(
 }
 
 /// Values of Mitsuba 3 in single precision (validation/optics/make_layered_reference.py). Those of rough
-/// plastic rest on tables that Mitsuba integrates with too few facets for more than 0.1 %.
+/// plastic rest on tables that Mitsuba integrates with too few facets for more than 0.1 %, those of smooth
+/// plastic on a fit, whose error is taken out.
 #[test]
 fn layered_values_are_mitsubas() {
     let reference = include_str!("../../data/layered_reference.csv");
@@ -190,7 +191,11 @@ fn layered_values_are_mitsubas() {
             _ => 1e-4,
         };
         for lane in 0..4 {
-            let error = (found.f_cos[lane] / numbers[6 + lane] - 1.0).abs();
+            let fitted = match &bsdf {
+                Bsdf::Plastic(plastic) => interreflection_by_fit(plastic, lane),
+                _ => 1.0,
+            };
+            let error = (found.f_cos[lane] * fitted / numbers[6 + lane] - 1.0).abs();
             assert!(error < allowed, "{line}: {found:?}, lane {lane} off by {error:e}");
             let worst = worst.entry(fields[0]).or_insert(0.0);
             *worst = error.max(*worst);
@@ -198,6 +203,22 @@ fn layered_values_are_mitsubas() {
     }
     println!("{worst:?}");
     assert_eq!(worst.len(), 4);
+}
+
+/// By what factor Mitsuba's fit of the inner reflectance changes the interreflection of plastic. The fit is that
+/// of Egan and Hilgeman, "Spectral reflectance of particulate materials", Applied Optics 12 (1973), and where
+/// the coat is the thinner medium that of d'Eon and Irving, "A Quantized-Diffusion Model for Rendering
+/// Translucent Materials", SIGGRAPH 2011.
+fn interreflection_by_fit(plastic: &Plastic<4>, lane: usize) -> f64 {
+    let eta = plastic.eta[lane].recip();
+    let fit = if eta < 1.0 {
+        (-1.4399 * eta + 0.7099) * eta + 0.6681 + 0.0636 / eta
+    } else {
+        let coefficients = [-1.36881, 4.98554, -7.80989, 6.75335, -3.4793, 0.919_317];
+        coefficients.into_iter().fold(0.0, |sum, coefficient| sum / eta + coefficient)
+    };
+    let coloured = if plastic.base.nonlinear { plastic.base.reflectance[lane] } else { 1.0 };
+    (1.0 - coloured * fresnel::diffuse_reflectance(eta)) / (1.0 - coloured * fit)
 }
 
 fn read(plugin: &str, given: &BTreeMap<&str, &str>, color: Sampled<4>, tint: Sampled<4>) -> Bsdf<4> {
@@ -217,9 +238,7 @@ fn read(plugin: &str, given: &BTreeMap<&str, &str>, color: Sampled<4>, tint: Sam
     let (eta, int_ior) = (number("eta"), number("int_ior"));
     let specular_reflectance = Sampled::ONE;
     match plugin {
-        "plastic" => {
-            Bsdf::Plastic(Plastic { eta: Sampled::splat(int_ior), base: diffuse, specular_reflectance })
-        }
+        "plastic" => Bsdf::Plastic(Plastic::new(Sampled::splat(int_ior), diffuse, specular_reflectance)),
         "roughplastic" => {
             let distribution =
                 if given["distribution"] == "ggx" { Distribution::Ggx } else { Distribution::Beckmann };

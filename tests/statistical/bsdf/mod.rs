@@ -181,11 +181,9 @@ fn with_lanes<const C: usize, const D: usize>(
             specular_reflectance: turn(b.specular_reflectance),
             specular_transmittance: turn(b.specular_transmittance),
         }),
-        Bsdf::Plastic(b) => Bsdf::Plastic(Plastic {
-            eta: turn(b.eta),
-            base: diffuse(b.base),
-            specular_reflectance: turn(b.specular_reflectance),
-        }),
+        Bsdf::Plastic(b) => {
+            Bsdf::Plastic(Plastic::new(turn(b.eta), diffuse(b.base), turn(b.specular_reflectance)))
+        }
         Bsdf::RoughPlastic(b) => Bsdf::RoughPlastic(RoughPlastic {
             coat: b.coat,
             base: diffuse(b.base),

@@ -55,7 +55,7 @@ fn table() -> Vec<(&'static str, Bsdf<4>)> {
         ("rough glass, GGX", Bsdf::RoughDielectric(RoughDielectric { facet: glass, microfacets: ggx })),
         ("rough flint, GGX", Bsdf::RoughDielectric(RoughDielectric { facet: flint, microfacets: ggx })),
         ("pane", Bsdf::ThinDielectric(pane)),
-        ("plastic", Bsdf::Plastic(Plastic { eta: glass.eta, base: diffuse, specular_reflectance: one })),
+        ("plastic", Bsdf::Plastic(Plastic::new(glass.eta, diffuse, one))),
         (
             "rough plastic, GGX",
             Bsdf::RoughPlastic(RoughPlastic { coat, base: diffuse, specular_reflectance: one }),

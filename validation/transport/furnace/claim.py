@@ -15,9 +15,8 @@ METHOD = """A plate seen at 50° by an orthographic camera, and a ball, under a 
 nm. All 256 pixels of a plate have the same expectation, so their spread is the error of their mean, whatever the sampler (blue noise makes it too
 large, never too small). Albedos are computed here: Fresnel's equations for real and complex indices; for rough surfaces the integral of Walter et al.
 (2007) over the visible facets with Smith's separable masking, ∫ F G₁ D dm for what is reflected and (1−F)/η² for what is refracted; for plastic F +
-(1−F) ρ(1−R)/(1−ρR′), where R is the coat's inner diffuse reflectance and R′ the fit of it (Egan and Hilgeman, 1973) that defines Mitsuba's plastic
-and abbe's: a white ball of index 1.49 returns 1.0011, and so is none of those that absorb nothing; for tilted normals (1 + cos τ)/2, the share of a
-tilted cosine lobe above the surface. Rough plastic and the principled materials have no such form: there every combination is set against a random
+(1−F) ρ(1−R)/(1−ρR), where R is the coat's inner diffuse reflectance; for tilted normals (1 + cos τ)/2, the share of a tilted cosine lobe above the
+surface. Rough plastic and the principled materials have no such form: there every combination is set against a random
 walk of single wavelengths with independent samples, which shares nothing with light sampling and companions. Each combination is judged in ten bins;
 then the means over all combinations, in which a common bias would show."""
 DATA = """SF11 by SCHOTT's Sellmeier coefficients; the others are made up. Walter et al., Microfacet Models for Refraction through Rough Surfaces,
@@ -110,11 +109,6 @@ def inner_reflectance(index):
     return 1 - (1 - outer) / index**2
 
 
-def egan_hilgeman(eta):
-    """The same, eta = 1/index, by the fit by which Mitsuba defines its plastic; 0.0005 more at 1.5, so that white plastic makes some light."""
-    return -1.4399 * eta**2 + 0.7099 * eta + 0.6681 + 0.0636 / eta
-
-
 def plates(work):
     """name -> (element, albedo of wavelength or None, degrees by which the plate is turned more)."""
     linear = "360:0.2, 830:0.8"
@@ -170,7 +164,7 @@ def plates(work):
         ),
         "plastic": (
             bsdf("plastic", f'{spectrum("diffuse_reflectance", linear)}{glass}<boolean name="nonlinear" value="true"/>'),
-            lambda nm: coat + (1 - coat) * rho(nm) * (1 - inner) / (1 - rho(nm) * egan_hilgeman(1 / 1.5)), 0,
+            lambda nm: coat + (1 - coat) * rho(nm) * (1 - inner) / (1 - rho(nm) * inner), 0,
         ),
         "roughplastic": (bsdf("roughplastic", f'{spectrum("diffuse_reflectance", linear)}{glass}<float name="alpha" value="0.2"/>'), None, 0),
         "principled": (bsdf("principled", principled + '<float name="metallic" value="0.3"/><float name="clearcoat" value="0.5"/>'), None, 0),
@@ -190,6 +184,7 @@ def balls():
         "diffusetransmitter": f'<bsdf type="diffusetransmitter">{halves}</bsdf>',
         "dielectric, SF11": f'<bsdf type="dielectric">{SF11}</bsdf>',
         "thindielectric": '<bsdf type="thindielectric"/>',
+        "plastic": f'<bsdf type="plastic">{spectrum("diffuse_reflectance", 1)}</bsdf>',
     }
 
 
