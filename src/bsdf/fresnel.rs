@@ -89,9 +89,9 @@ pub fn conductor<R: Real>(cos_incident: R, n: R, k: R) -> R {
 /// `½ + (n−1)(3n+1)/6(n+1)² + n²(n²−1)²/(n²+1)³ ln((n−1)/(n+1)) − 2n³(n²+2n−1)/(n²+1)(n⁴−1)
 /// + 8n⁴(n⁴+1)/(n²+1)(n⁴−1)² ln n`.
 ///
-/// Its last two terms are infinite at n = 1. With `t = (n−1)/(n+1)`, and so ln n = 2 artanh t, what is infinite
-/// cancels before anything is computed: all digits are left at every n. The other way, from the denser side,
-/// as much light passes as there is room for it: 1 − R(1/n) = (1 − R(n))/n².
+/// Its last two terms are infinite at n = 1. With `t = (n−1)/(n+1)`, and so ln n = 2 artanh t, what is
+/// infinite cancels before anything is computed: all digits are left at every n. The other way, from the
+/// denser side, as much light passes as there is room for it: 1 − R(1/n) = (1 − R(n))/n².
 ///
 /// References: Duntley, "The optical properties of diffusing materials", J. Opt. Soc. Am. 32 (1942), after
 /// Walsh (1926); the n² law: Born and Wolf, section 4.8.3.

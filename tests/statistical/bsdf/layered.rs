@@ -205,9 +205,9 @@ fn layered_values_are_mitsubas() {
     assert_eq!(worst.len(), 4);
 }
 
-/// By what factor Mitsuba's fit of the inner reflectance changes the interreflection of plastic. The fit is that
-/// of Egan and Hilgeman, "Spectral reflectance of particulate materials", Applied Optics 12 (1973), and where
-/// the coat is the thinner medium that of d'Eon and Irving, "A Quantized-Diffusion Model for Rendering
+/// By what factor Mitsuba's fit of the inner reflectance changes the interreflection of plastic. The fit is
+/// that of Egan and Hilgeman, "Spectral reflectance of particulate materials", Applied Optics 12 (1973), and
+/// where the coat is the thinner medium that of d'Eon and Irving, "A Quantized-Diffusion Model for Rendering
 /// Translucent Materials", SIGGRAPH 2011.
 fn interreflection_by_fit(plastic: &Plastic<4>, lane: usize) -> f64 {
     let eta = plastic.eta[lane].recip();
