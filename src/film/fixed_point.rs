@@ -14,10 +14,6 @@ pub struct FixedPoint {
 /// Contributions from here on do not fit beside others, in quanta.
 pub(super) const TOO_LARGE: f64 = 4_611_686_018_427_387_904.0;
 
-/// Below so many quanta contributions are rounded at random. Above, rounding to the nearest errs by less than
-/// 3·10⁻⁸ of one.
-pub(super) const SMALL: f64 = 16_777_216.0;
-
 impl FixedPoint {
     /// For fractions: numbers of the order of 1.
     pub const SHARE: Self = Self { quantum: 1.0 / (1u64 << 40) as f64, per_quantum: (1u64 << 40) as f64 };

@@ -3,9 +3,8 @@
 //! Each sample's contribution is rounded once to fixed point and added as an integer. Integer addition is
 //! associative and commutative, so any order of samples, any number of threads and any split over machines
 //! give the same bits. The quantum is 2⁻⁴⁰ of a reference that the scene fixes before the first sample: the
-//! sun's disk does not meet the end of the scale, and what does is counted. What is so much darker than the
-//! reference that rounding would show is rounded up or down at random, by its fraction: the mean is right
-//! however small it is.
+//! sun's disk does not meet the end of the scale, and what does is counted. Contributions are rounded up or down
+//! at random, by their fractions: the mean is right however small they are.
 //!
 //! Error bars come from the spread of *replicates*: independently scrambled sequences of samples of the same
 //! length. The spread of single samples would overstate the error of stratified ones.
@@ -33,7 +32,7 @@ pub use region::{Extent, Region};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use sums::Sums;
-pub use tile::{Taken, Tile, Tristimulus};
+pub use tile::{FilmSample, Taken, Tile, Tristimulus};
 
 /// How many values could not be used, over a whole render. All zero when nothing is wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -188,17 +187,16 @@ impl Film {
     /// Adds a tile.
     pub fn add(&mut self, tile: &Tile) {
         self.bad.add(tile.bad);
-        let of_pixel = tile.replicates.len() * tile.channels;
-        let rows = tile.sums.chunks_exact((tile.size[0] as usize * of_pixel).max(1));
-        for ((row, sums), samples) in (0..).zip(rows).zip(tile.samples.chunks_exact(tile.size[0] as usize)) {
-            for ((column, sums), samples) in (0..).zip(sums.chunks_exact(of_pixel)).zip(samples) {
-                let index = self.index(tile.corner[0] + column, tile.corner[1] + row);
-                self.samples[index] += samples;
-                let cell = index * self.replicates as usize + tile.replicates.start as usize;
-                self.bad.overflow += self.sums.add(cell, sums);
+        for (place, samples) in tile.samples.iter().enumerate() {
+            let [column, row] = [place as u32 % tile.size[0], place as u32 / tile.size[0]];
+            let index = self.index(tile.corner[0] + column, tile.corner[1] + row);
+            self.samples[index] += samples;
+            for replicate in tile.replicates.clone() {
+                let cell = index * self.replicates as usize + replicate as usize;
+                self.bad.overflow += self.sums.add(cell, tile.of(place, replicate));
             }
         }
-        self.sums.of_bins.uses(tile.sums.len());
+        self.sums.of_bins.uses(tile.samples.len() * tile.replicates.len() * tile.channels);
     }
 
     /// How many nets tell the variance by themselves. `None` where each replicate is one already, and where

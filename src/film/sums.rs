@@ -58,10 +58,9 @@ impl Sums {
         let mut overflow = 0;
         let mut add = |own: &mut [i64], more: &[i64]| {
             for (own, &more) in own.iter_mut().zip(more) {
-                match own.checked_add(more) {
-                    Some(next) => *own = next,
-                    None => overflow += 1,
-                }
+                let (next, is_lost) = own.overflowing_add(more);
+                *own = if is_lost { *own } else { next };
+                overflow += u64::from(is_lost);
             }
         };
         for (cell, sums) in (cell..).zip(sums.chunks_exact(self.first + self.bin_count)) {

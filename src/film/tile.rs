@@ -1,7 +1,7 @@
 use super::BadValues;
 use super::extras::{Extras, WEIGHT};
 use super::filter::Footprint;
-use super::fixed_point::{FixedPoint, SMALL, TOO_LARGE};
+use super::fixed_point::{FixedPoint, TOO_LARGE};
 use crate::lanes::{MOST_INTEGER, Real, add_to_integers};
 use smallvec::SmallVec;
 use std::ops::Range;
@@ -16,11 +16,12 @@ pub struct Tile {
     pub(super) size: [u32; 2],
     pub(super) replicates: Range<u32>,
     pub(super) channels: usize,
-    /// By pixel, replicate and channel.
-    pub(super) sums: Vec<i64>,
+    /// By replicate, pixel and channel: the samples of one replicate come one after another, and the sums of
+    /// all replicates do not fit into the nearest cache.
+    sums: Vec<i64>,
     /// By pixel.
     pub(super) samples: Vec<u32>,
-    /// In [0, 1): decides how small contributions of the sample are rounded.
+    /// From -½ up to ½: added to the sample's contributions before they are rounded to the nearest integer.
     rounding: f64,
     /// Values that were left out.
     pub bad: BadValues,
@@ -41,9 +42,39 @@ impl Tristimulus {
     }
 }
 
+/// What a sample brings to the pixels of its footprint.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmSample {
+    /// X, Y and Z.
+    pub measured: Tristimulus,
+    /// Which replicate it is part of.
+    pub replicate: u32,
+    /// What it counts beside other samples of its pixel.
+    pub share: f64,
+    /// Stands for the sample, and is as good as random.
+    pub key: u64,
+}
+
 /// Steps from one column, and from one row, to the next, in 2⁻⁶⁴: 1/g and 1/g², where g³ = g + 1.
 const PER_COLUMN: u64 = 0xc13f_a9a9_02a6_328f;
 const PER_ROW: u64 = 0x91e1_0da5_c79e_7b1d;
+
+/// What a sample's row, and its column, adds to the value by which contributions are rounded.
+#[inline(always)]
+fn bits_of_row(sample: u64, row: i64) -> u64 {
+    sample.wrapping_add((row as u64).wrapping_mul(PER_ROW))
+}
+
+#[inline(always)]
+fn bits_of_column(column: i64) -> u64 {
+    (column as u64).wrapping_mul(PER_COLUMN)
+}
+
+/// Evenly distributed bits as a number from -½ up to ½.
+#[inline(always)]
+fn rounding_of(bits: u64) -> f64 {
+    f64::from_bits(1.0_f64.to_bits() | bits >> 12) - 1.5
+}
 
 impl Tile {
     /// Begins what a sample brings to a pixel of the film, by column and row. `sample` stands for the sample,
@@ -52,36 +83,62 @@ impl Tile {
     /// sequences", 2018).
     #[inline(always)]
     pub fn begin(&mut self, sample: u64, [column, row]: [i64; 2]) {
-        let along = (column as u64).wrapping_mul(PER_COLUMN);
-        let bits = sample.wrapping_add(along).wrapping_add((row as u64).wrapping_mul(PER_ROW));
-        self.rounding = (bits >> 11) as i64 as f64 * (0.5 * f64::EPSILON);
+        self.rounding = rounding_of(bits_of_row(sample, row).wrapping_add(bits_of_column(column)));
     }
 
-    /// Visits the places that a footprint reaches, each with its weight, for the sample that `sample` stands
-    /// for. `corner`: of the measured part, in the whole film.
+    /// The part of a footprint that lies in the tile: the ranges of its columns and of its rows, and the
+    /// place of its first pixel, which may lie outside. `corner`: of the measured part, in the whole film.
     #[inline(always)]
-    pub fn splat(
+    fn inside(&self, footprint: &Footprint, corner: [u32; 2]) -> ([Range<usize>; 2], i64) {
+        let first: [i64; 2] = std::array::from_fn(|axis| {
+            footprint.first[axis] - i64::from(corner[axis]) - i64::from(self.corner[axis])
+        });
+        let range = |axis: usize, weights: &[f64]| {
+            let within = |number: i64| (number - first[axis]).clamp(0, weights.len() as i64) as usize;
+            within(0)..within(i64::from(self.size[axis]))
+        };
+        let ranges = [range(0, &footprint.columns), range(1, &footprint.rows)];
+        (ranges, first[1] * i64::from(self.size[0]) + first[0])
+    }
+
+    /// Adds a sample's X, Y and Z, and 1, to all pixels that its footprint reaches, times what it weighs them
+    /// with: what [`Self::add`] does of each. `corner`: of the measured part, in the whole film.
+    #[inline(always)]
+    pub fn splat(&mut self, footprint: &Footprint, sample: &FilmSample, corner: [u32; 2]) {
+        let ([columns, rows], first) = self.inside(footprint, corner);
+        let width = i64::from(self.size[0]);
+        for row in rows {
+            let weight = footprint.rows[row] * sample.share;
+            let bits = bits_of_row(sample.key, footprint.first[1] + row as i64);
+            let first = first + row as i64 * width;
+            for column in columns.clone() {
+                let of_column = bits_of_column(footprint.first[0] + column as i64);
+                self.rounding = rounding_of(bits.wrapping_add(of_column));
+                let place = (first + column as i64) as usize;
+                let weight = footprint.columns[column] * weight;
+                self.add_weighed(place, sample.replicate, &sample.measured, weight);
+            }
+        }
+    }
+
+    /// Visits the places in the tile that a footprint reaches, each with the sample's weight there, to add
+    /// further channels.
+    #[inline(always)]
+    pub fn visit(
         &mut self,
         footprint: &Footprint,
-        sample: u64,
+        sample: &FilmSample,
         corner: [u32; 2],
         mut add: impl FnMut(&mut Self, usize, f64),
     ) {
-        let inside = |axis: usize, weights: &[f64]| {
-            let first = footprint.first[axis] - i64::from(corner[axis]) - i64::from(self.corner[axis]);
-            let within = |number: i64| (number - first).clamp(0, weights.len() as i64) as usize;
-            (first, within(0)..within(i64::from(self.size[axis])))
-        };
-        let (left, columns) = inside(0, &footprint.columns);
-        let (top, rows) = inside(1, &footprint.rows);
-        let width = self.size[0] as usize;
+        let ([columns, rows], first) = self.inside(footprint, corner);
+        let width = i64::from(self.size[0]);
         for row in rows {
-            let first = (top + row as i64) as usize * width;
             for column in columns.clone() {
-                let numbers = [column, row].map(|number| number as i64);
-                self.begin(sample, [0, 1].map(|axis| footprint.first[axis] + numbers[axis]));
-                let place = first + (left + column as i64) as usize;
-                add(self, place, footprint.columns[column] * footprint.rows[row]);
+                let [x, y] = [column, row].map(|number| number as i64);
+                self.begin(sample.key, [footprint.first[0] + x, footprint.first[1] + y]);
+                let weight = footprint.columns[column] * (footprint.rows[row] * sample.share);
+                add(self, (first + y * width + x) as usize, weight);
             }
         }
     }
@@ -92,11 +149,17 @@ impl Tile {
         (column < self.size[0] && row < self.size[1]).then(|| (row * self.size[0] + column) as usize)
     }
 
-    /// Where the sums of a replicate begin.
+    /// Where the sums of a place in a replicate begin.
     #[inline]
     fn first(&self, place: usize, replicate: u32) -> usize {
-        let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
-        of_replicate * self.channels
+        let of_replicate = (replicate - self.replicates.start) as usize * self.samples.len();
+        (of_replicate + place) * self.channels
+    }
+
+    /// The sums of all channels at a place in a replicate.
+    #[inline]
+    pub(super) fn of(&self, place: usize, replicate: u32) -> &[i64] {
+        &self.sums[self.first(place, replicate)..][..self.channels]
     }
 
     /// Adds a sample's finite contribution to a channel of a replicate, at a place. One too large for the
@@ -108,11 +171,7 @@ impl Tile {
 
     #[inline]
     fn add_quanta(&mut self, place: usize, replicate: u32, channel: usize, exact: f64) {
-        let quanta = if exact.abs() >= SMALL || exact == 0.0 {
-            exact.round_ties_even()
-        } else {
-            (exact + self.rounding).floor()
-        };
+        let quanta = (exact + self.rounding).round_ties_even();
         let index = self.first(place, replicate) + channel;
         let sum = &mut self.sums[index];
         match sum.checked_add(quanta as i64).filter(|_| quanta.abs() < TOO_LARGE) {
@@ -126,13 +185,11 @@ impl Tile {
     #[inline]
     pub fn add_weighed(&mut self, place: usize, replicate: u32, measured: &Tristimulus, weight: f64) {
         let exact = measured.0 * f64x4::splat(weight);
-        let small = exact.abs().lt(f64x4::splat(SMALL));
-        let quanta =
-            f64x4::choose(small, (exact + f64x4::splat(self.rounding)).floor(), exact.round_ties_even());
-        let fits = quanta.abs().lt(f64x4::splat(MOST_INTEGER)).mask() == 0b1111;
+        let offset = exact + f64x4::splat(self.rounding);
+        let fits = offset.abs().lt(f64x4::splat(MOST_INTEGER)).mask() == 0b1111;
         let first = self.first(place, replicate);
         let Some(sums) = self.sums[first..].first_chunk_mut::<4>() else { return };
-        if fits && let Some(next) = add_to_integers(*sums, quanta) {
+        if fits && let Some(next) = add_to_integers(*sums, offset) {
             *sums = next;
             return;
         }
@@ -156,7 +213,7 @@ impl Tile {
     /// The sum of the means of some channels at a place in a replicate; X, Y and Z are the first three. Zero
     /// without samples.
     pub fn mean(&self, place: usize, replicate: u32, scale: FixedPoint, channels: Range<usize>) -> f64 {
-        let sums = &self.sums[self.first(place, replicate)..][..self.channels];
+        let sums = self.of(place, replicate);
         let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
         let sum = sums[channels].iter().map(|&sum| sum as f64).sum::<f64>() * scale.quantum;
         if weight == 0.0 { 0.0 } else { sum / weight }

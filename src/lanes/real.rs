@@ -167,8 +167,8 @@ const INTEGERS: f64 = 6_755_399_441_055_744.0;
 /// In the exponents of `f64`.
 const EXPONENT_BIAS: f64 = 1023.0;
 
-/// Four integers with the sums of themselves and four numbers, which have to be integers of less than
-/// [`MOST_INTEGER`]. `None` where a sum leaves the range.
+/// Four integers with four numbers added to them that are rounded to the nearest integers, ties to even. They
+/// have to be less than [`MOST_INTEGER`]. `None` where a sum leaves the range.
 #[inline(always)]
 pub fn add_to_integers(integers: [i64; 4], numbers: f64x4) -> Option<[i64; 4]> {
     let bits = (numbers + f64x4::splat(INTEGERS)).to_bits();

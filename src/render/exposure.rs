@@ -3,7 +3,7 @@
 use super::allocation::{Allocation, Samplers, Share};
 use super::groups::{Block, Groups, Pixel};
 use super::{Schedule, admit};
-use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile, Tristimulus};
+use crate::film::{Extent, Extras, FilmSample, FilterKind, FixedPoint, Footprint, Region, Tile, Tristimulus};
 use crate::integrator::{self, GroupSample, Plan, RadianceSample, Sight, TOGETHER, Workspace};
 use crate::sampling::{Dimensions, Member, mix};
 use crate::scene::Scene;
@@ -69,7 +69,7 @@ pub(super) struct Sample<const C: usize> {
     key: u64,
 }
 
-/// What the observer makes of each wavelength of a path: X, Y and Z.
+/// What a unit of radiance at each wavelength of a path adds to X, Y and Z.
 type Responses<const C: usize> = [[f64; 3]; C];
 
 /// What camera rays lead to, by the members' numbers.
@@ -210,14 +210,23 @@ impl Exposure<'_> {
                 [wavelengths] => Some(self.responses(wavelengths)),
                 _ => None,
             };
-            for (pixel, (member, (sample, seen))) in group.iter().zip(samples) {
+            // All of them before any is splatted: none waits for another.
+            let footprints: SmallVec<[Footprint; 16]> =
+                aimed.samples.iter().map(|sample| self.filter.footprint(sample.place)).collect();
+            for ((pixel, footprint), (member, (sample, seen))) in group.iter().zip(&footprints).zip(samples) {
                 if self.counts(pixel) {
                     admit(&mut seen.radiance, &mut tile.bad);
                     let wavelengths = aimed.wavelengths_of(member);
                     let responses = of_group.unwrap_or_else(|| self.responses(wavelengths));
                     let measured = seen.radiance * sample.weight;
                     let contributions = self.contributions(&measured, wavelengths, &responses);
-                    self.splat(sample, seen.alpha_hit, &contributions, net_sample, tile);
+                    let sample = FilmSample {
+                        measured: Tristimulus::new(contributions.xyz, self.scale),
+                        replicate: net_sample.replicate,
+                        share: net_sample.share.weight(),
+                        key: sample.key,
+                    };
+                    self.splat(footprint, &sample, seen.alpha_hit, &contributions, tile);
                 }
             }
         }
@@ -305,38 +314,47 @@ impl Exposure<'_> {
     }
 
     /// Adds a sample to all pixels that its filter reaches.
-    fn splat<const C: usize>(
+    fn splat(
         &self,
-        sample: &Sample<C>,
+        footprint: &Footprint,
+        sample: &FilmSample,
         alpha_hit: bool,
         Contributions { xyz, others }: &Contributions,
-        net_sample: NetSample,
         tile: &mut Tile,
     ) {
-        let (replicate, share) = (net_sample.replicate, net_sample.share.weight());
-        let measured = Tristimulus::new(*xyz, self.scale);
-        let footprint = self.filter.footprint(sample.place);
-        tile.splat(&footprint, sample.key, self.extent.measured.offset, |tile, place, weight| {
-            let weight = weight * share;
-            tile.add_weighed(place, replicate, &measured, weight);
-            if self.extras.alpha && alpha_hit {
-                tile.add(place, replicate, self.extras.alpha_channel(), weight, FixedPoint::SHARE);
+        let corner = self.extent.measured.offset;
+        tile.splat(footprint, sample, corner);
+        let alpha = self.extras.alpha && alpha_hit;
+        if !alpha && !self.extras.moments && others.is_empty() {
+            return;
+        }
+        tile.visit(footprint, sample, corner, |tile, place, weight| {
+            let mut add = |channel, value, scale| {
+                tile.add(place, sample.replicate, channel, value * weight, scale);
+            };
+            if alpha {
+                add(self.extras.alpha_channel(), 1.0, FixedPoint::SHARE);
             }
             if self.extras.moments {
                 for (channel, value) in xyz.iter().enumerate() {
-                    let moment = self.extras.moment_channel(channel);
-                    tile.add(place, replicate, moment, value * value * weight, self.square_scale);
+                    add(self.extras.moment_channel(channel), value * value, self.square_scale);
                 }
             }
             for &(channel, value) in others {
-                tile.add(place, replicate, channel, value * weight, self.scale);
+                add(channel, value, self.scale);
             }
         });
     }
 
-    /// What the observer makes of the wavelengths of a path.
+    /// What a unit of radiance at each wavelength of a path adds to X, Y and Z.
     pub fn responses<const C: usize>(&self, wavelengths: &Wavelengths<C>) -> Responses<C> {
-        wavelengths.nm.map(|nm| self.scene.observer.at(nm))
+        std::array::from_fn(|lane| match wavelengths.density[lane] {
+            0.0 => [0.0; 3],
+            density => {
+                let factor = 1.0 / (density * MITSUBA_Y_INTEGRAL);
+                self.scene.observer.at(wavelengths.nm[lane]).map(|response| response * factor)
+            }
+        })
     }
 
     /// What a path that measured this adds to the channels of the film. `responses`: to its wavelengths.
@@ -347,19 +365,17 @@ impl Exposure<'_> {
         responses: &Responses<C>,
     ) -> Contributions {
         let scene = self.scene;
-        let weight = |lane: usize| match measured[lane] {
-            0.0 => 0.0,
-            measured => measured / wavelengths.density[lane],
-        };
-        let weights: [f64; C] = std::array::from_fn(weight);
         let mut contributions = Contributions::default();
-        for (weight, response) in weights.iter().zip(responses) {
+        for (measured, response) in measured.0.iter().zip(responses) {
             for channel in 0..3 {
-                contributions.xyz[channel] += weight * response[channel];
+                contributions.xyz[channel] += measured * response[channel];
             }
         }
-        contributions.xyz = contributions.xyz.map(|value| value / MITSUBA_Y_INTEGRAL);
-        for (weight, nm) in weights.into_iter().zip(wavelengths.nm).filter(|(weight, _)| *weight != 0.0) {
+        if scene.film.channels.is_empty() && self.extras.bins.is_none() {
+            return contributions;
+        }
+        for lane in (0..C).filter(|&lane| measured[lane] != 0.0) {
+            let (nm, weight) = (wavelengths.nm[lane], measured[lane] / wavelengths.density[lane]);
             for (index, channel) in scene.film.channels.iter().enumerate() {
                 let value = weight * channel.response.at(nm) / channel.integral;
                 contributions.others.push((self.extras.response_channel(index), value));
