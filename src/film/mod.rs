@@ -3,8 +3,8 @@
 //! Each sample's contribution is rounded once to fixed point and added as an integer. Integer addition is
 //! associative and commutative, so any order of samples, any number of threads and any split over machines
 //! give the same bits. The quantum is 2⁻⁴⁰ of a reference that the scene fixes before the first sample: the
-//! sun's disk does not meet the end of the scale, and what does is counted. Contributions are rounded up or down
-//! at random, by their fractions: the mean is right however small they are.
+//! sun's disk does not meet the end of the scale, and what does is counted. Contributions are rounded up or
+//! down at random, by their fractions: the mean is right however small they are.
 //!
 //! Error bars come from the spread of *replicates*: independently scrambled sequences of samples of the same
 //! length. The spread of single samples would overstate the error of stratified ones.

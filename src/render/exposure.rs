@@ -348,12 +348,9 @@ impl Exposure<'_> {
 
     /// What a unit of radiance at each wavelength of a path adds to X, Y and Z.
     pub fn responses<const C: usize>(&self, wavelengths: &Wavelengths<C>) -> Responses<C> {
-        std::array::from_fn(|lane| match wavelengths.density[lane] {
-            0.0 => [0.0; 3],
-            density => {
-                let factor = 1.0 / (density * MITSUBA_Y_INTEGRAL);
-                self.scene.observer.at(wavelengths.nm[lane]).map(|response| response * factor)
-            }
+        std::array::from_fn(|lane| {
+            let (nm, factor) = (wavelengths.nm[lane], counts_for(wavelengths, lane) / MITSUBA_Y_INTEGRAL);
+            self.scene.observer.at(nm).map(|response| response * factor)
         })
     }
 
@@ -375,7 +372,7 @@ impl Exposure<'_> {
             return contributions;
         }
         for lane in (0..C).filter(|&lane| measured[lane] != 0.0) {
-            let (nm, weight) = (wavelengths.nm[lane], measured[lane] / wavelengths.density[lane]);
+            let (nm, weight) = (wavelengths.nm[lane], measured[lane] * counts_for(wavelengths, lane));
             for (index, channel) in scene.film.channels.iter().enumerate() {
                 let value = weight * channel.response.at(nm) / channel.integral;
                 contributions.others.push((self.extras.response_channel(index), value));
@@ -388,4 +385,10 @@ impl Exposure<'_> {
         }
         contributions
     }
+}
+
+/// The range of wavelengths, in nanometres, that a wavelength of a path stands for.
+fn counts_for<const C: usize>(wavelengths: &Wavelengths<C>, lane: usize) -> f64 {
+    let density = wavelengths.density[lane];
+    if density > 0.0 { 1.0 / density } else { 0.0 }
 }
