@@ -26,7 +26,7 @@ pub(super) struct Firsts<'a, const C: usize> {
     pub surfaces: &'a Surfaces<C>,
     /// Those that share.
     pub all: Mask,
-    pub receivers: Receivers,
+    pub receivers: Receivers<'a>,
     sharing: Sharing,
     fan: Fan<'a>,
     /// Throughput · reflectance of diffuse ones: value and density are this / π and 1 / π, times the cosine
@@ -141,7 +141,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
     pub fn lit(&self, asked: Mask) -> Lit<'_, impl Fn(usize) -> &'a Wavelengths<C> + use<'_, 'a, C>, C> {
         let (turn, wavelengths) = (self.turn, self.wavelengths());
         let wavelengths = move |_: usize| wavelengths;
-        Lit { from: &self.receivers, time: turn.time, wavelengths, light: &turn.lamp_light, asked }
+        Lit { from: self.receivers, time: turn.time, wavelengths, light: &turn.lamp_light, asked }
     }
 
     /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.

@@ -109,70 +109,66 @@ fn share<'s, const C: usize>(
     workspace: &mut Workspace<C>,
     mut told: impl FnMut(usize, &SampledLanes<C>),
 ) {
-    let turn = |(number, sample): (usize, &GroupSample<'s, C>)| {
-        let sights = sample.sights;
+    let begun: SmallVec<[usize; TOGETHER]> =
+        (0..samples.len()).filter(|&number| !samples[number].sights.is_empty()).collect();
+    let turn = |&number: &usize| {
+        let GroupSample { sights, time, wavelengths } = samples[number];
         debug_assert!(sights.len() <= LANES);
-        let last = sights.last()?.stream;
-        let streams = std::array::from_fn(|lane| sights.get(lane).map_or(last, |sight| sight.stream));
-        let wavelengths = match sample.wavelengths {
+        // Lanes without a path have the last one's.
+        let of_lane = |lane: usize| &sights[lane.min(sights.len() - 1)];
+        let streams = std::array::from_fn(|lane| of_lane(lane).stream);
+        let wavelengths = match wavelengths {
             [wavelengths] => Each::Same(wavelengths),
-            each => {
-                let last = sights.last()?.member;
-                let of_lane = |lane: usize| &each[sights.get(lane).map_or(last, |sight| sight.member)];
-                Each::Own(std::array::from_fn(of_lane))
-            }
+            each => Each::Own(std::array::from_fn(|lane| &each[of_lane(lane).member])),
         };
-        Some((number, Turn::new(scene, sample.time, wavelengths, streams)))
+        Turn::new(scene, time, wavelengths, streams)
     };
-    let turns: Vec<(usize, Turn<C>)> = samples.iter().enumerate().filter_map(turn).collect();
+    // Turns, bundles and what is shared are large: all are made where they stay.
+    let turns: Vec<Turn<C>> = begun.iter().map(turn).collect();
     let Workspace { scratch, surfaces, links, spare } = workspace;
     surfaces.resize_with(turns.len(), Surfaces::new);
     links.resize_with(turns.len(), Vec::new);
-    let mut bundles = Vec::with_capacity(turns.len());
-    for ((number, turn), surfaces) in turns.iter().zip(surfaces.iter_mut()) {
-        let sights = samples[*number].sights;
-        let rays = sights.iter().map(|sight| &sight.ray);
-        // A bundle is large: it is made where it stays.
-        bundles.push(Bundle::from_camera(scene, turn, *number, rays));
-        let Some(bundle) = bundles.last_mut() else { continue };
+    let from_camera = |(turn, &number): (_, &usize)| {
+        let rays = samples[number].sights.iter().map(|sight| &sight.ray);
+        Bundle::from_camera(scene, turn, number, rays)
+    };
+    let mut bundles: Vec<Bundle<C>> = turns.iter().zip(&begun).map(from_camera).collect();
+    for ((bundle, surfaces), &number) in bundles.iter_mut().zip(surfaces.iter_mut()).zip(&begun) {
         let alpha_hit = first_surfaces(bundle, plan, surfaces, scratch);
-        for (lane, sight) in sights.iter().enumerate() {
-            seen[*number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
+        for (lane, sight) in samples[number].sights.iter().enumerate() {
+            seen[number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
         }
     }
+    let mut give = |number: usize, light: &SampledLanes<C>| {
+        for (lane, sight) in samples[number].sights.iter().enumerate() {
+            seen[number][sight.member].radiance += light.get(lane);
+        }
+    };
     if plan.sharing == Sharing::Nothing {
         for (bundle, surfaces) in bundles.iter_mut().zip(surfaces.iter()) {
             bundle.scatter(surfaces);
         }
         let found = follow(bundles, scratch, samples.len());
-        for (number, _) in &turns {
-            for (lane, sight) in samples[*number].sights.iter().enumerate() {
-                seen[*number][sight.member].radiance += found.arriving[*number].get(lane);
-            }
-        }
+        begun.iter().for_each(|&number| give(number, &found.arriving[number]));
         return;
     }
-    let firsts: Vec<Firsts<C>> = turns
-        .iter()
-        .zip(bundles.iter().zip(surfaces.iter()))
-        .map(|((_, turn), (bundle, surfaces))| Firsts::new(scene, turn, bundle, surfaces, plan.sharing))
-        .collect();
-    let mut suffixes = Vec::with_capacity(turns.len());
-    let mut groups = Vec::with_capacity(turns.len());
-    for ((firsts, links), (number, _)) in firsts.iter().zip(links.iter_mut()).zip(&turns) {
-        let mut sharing = SharedSample::new(*number, firsts, links);
-        if firsts.all != 0 {
-            sharing.next_surfaces(scratch, spare, &mut suffixes, &mut told);
-        }
-        groups.push(sharing);
+    begun.iter().zip(&bundles).for_each(|(&number, bundle)| give(number, &bundle.arriving));
+    let sharing: SmallVec<[usize; TOGETHER]> =
+        (0..bundles.len()).filter(|&turn| bundles[turn].alive != 0).collect();
+    let firsts =
+        |&turn: &usize| Firsts::new(scene, &turns[turn], &bundles[turn], &surfaces[turn], plan.sharing);
+    let firsts: Vec<Firsts<C>> = sharing.iter().map(firsts).collect();
+    let with_links = firsts.iter().zip(links).map(|(firsts, links)| SharedSample::new(firsts, links));
+    let mut groups: Vec<SharedSample<C>> = with_links.collect();
+    let mut suffixes = Vec::with_capacity(groups.len());
+    for group in &mut groups {
+        group.next_surfaces(scratch, spare, &mut suffixes, &mut told);
     }
     let found = follow(suffixes, scratch, samples.len());
-    for group in &mut groups {
-        group.share_suffixes(&found, spare, &mut told);
-        for (lane, sight) in samples[group.number].sights.iter().enumerate() {
-            let light = group.own.get(lane) + group.firsts.bundle.arriving.get(lane);
-            seen[group.number][sight.member].radiance += light + group.shared.get(lane);
-        }
+    for (group, &turn) in groups.iter_mut().zip(&sharing) {
+        group.share_suffixes(begun[turn], &found, spare, &mut told);
+        give(begun[turn], &group.own);
+        give(begun[turn], &group.shared);
     }
 }
 
@@ -208,6 +204,9 @@ fn first_surfaces<const C: usize>(
     bundle.advance(&mut surfaces.hits);
     bundle.escape(&surfaces.hits);
     bundle.emit(&surfaces.hits);
+    if bundle.alive == 0 {
+        return alpha_hit;
+    }
     if bundle.is_last() {
         // What little there is to do is done by each path for itself.
         for lane in lanes_of(bundle.alive) {
@@ -302,7 +301,6 @@ fn meet_next<'a, const C: usize>(
 
 /// What a group shares of one sample.
 struct SharedSample<'a, const C: usize> {
-    number: usize,
     firsts: &'a Firsts<'a, C>,
     /// What each pixel has for itself of what it has met after its first surface.
     own: SampledLanes<C>,
@@ -316,16 +314,9 @@ struct SharedSample<'a, const C: usize> {
 }
 
 impl<'a, const C: usize> SharedSample<'a, C> {
-    fn new(number: usize, firsts: &'a Firsts<'a, C>, links: &'a mut Vec<Links<C>>) -> Self {
+    fn new(firsts: &'a Firsts<'a, C>, links: &'a mut Vec<Links<C>>) -> Self {
         links.resize_with(LANES, || Links::NONE);
-        Self {
-            number,
-            firsts,
-            own: SampledLanes::ZERO,
-            shared: SampledLanes::ZERO,
-            links,
-            suffixes: SmallVec::new(),
-        }
+        Self { firsts, own: SampledLanes::ZERO, shared: SampledLanes::ZERO, links, suffixes: SmallVec::new() }
     }
 
     /// The next surfaces that scattering at the first ones leads to, and what they bring to all of them but
@@ -337,7 +328,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         suffixes: &mut Vec<Bundle<'a, C>>,
         told: &mut impl FnMut(usize, &SampledLanes<C>),
     ) {
-        suffixes.push(self.firsts.bundle.clone());
+        suffixes.extend_from_slice(std::slice::from_ref(self.firsts.bundle));
         let Some(bundle) = suffixes.last_mut() else { return };
         let Scratch { surfaces, samples } = scratch;
         let NextMet { rays, gone, lit } = meet_next(self.firsts, bundle, surfaces);
@@ -543,22 +534,22 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         bundle.survive(&u[3]);
     }
 
-    /// Gives each first surface what the suffixes have found.
+    /// Gives each first surface what the suffixes have found. `number`: of the sample.
     fn share_suffixes(
         &mut self,
+        number: usize,
         found: &Found<C>,
         spare: &mut Spare<C>,
         told: &mut impl FnMut(usize, &SampledLanes<C>),
     ) {
         for (owner, value, density) in self.suffixes.drain(..) {
             let links = &self.links[owner];
-            let light = found.arriving[self.number].get(owner);
+            let light = found.arriving[number].get(owner);
             if !light.is_zero() {
                 value.give(links, &(light / density), &mut self.shared);
             }
-            let is_own = |contested: &&(usize, usize, Sampled<C>, f64)| {
-                (contested.0, contested.1) == (self.number, owner)
-            };
+            let is_own =
+                |contested: &&(usize, usize, Sampled<C>, f64)| (contested.0, contested.1) == (number, owner);
             for (_, _, light, from_light) in found.contested.iter().filter(is_own) {
                 for lane in lanes_of(links.linked) {
                     let carried = links.reach.get(lane) * value.f_cos(lane) / density;

@@ -137,8 +137,8 @@ impl<const C: usize> Surfaces<C> {
     }
 
     /// As lights are chosen for them.
-    pub fn receivers(&self) -> Receivers {
-        Receivers { point: self.hits.point, facing: self.normal }
+    pub fn receivers(&self) -> Receivers<'_> {
+        Receivers { point: &self.hits.point, facing: &self.normal }
     }
 
     /// The values for light from a direction for each lane, and the densities of sampling it. Zero in lanes

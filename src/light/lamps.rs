@@ -202,7 +202,7 @@ impl Lamps {
             let mut open = part(lit.asked, register);
             let (estimates, all) = self.estimates(lit, register);
             let mut remaining = u[0][register] * all;
-            for (lanes, weight) in choices.lanes.iter_mut().zip(estimates).take(self.heads()) {
+            for (lanes, &weight) in choices.lanes.iter_mut().zip(&estimates).take(self.heads()) {
                 // The last that weighs anything takes what rounding leaves over.
                 let left = (remaining - weight).le(Register::splat(1e-12) * all);
                 let taken = weight.gt(Register::ZERO) & (remaining.lt(weight) | left);

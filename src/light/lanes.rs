@@ -13,19 +13,19 @@ use crate::sampling::Density;
 use crate::spectrum::{SampledLanes, Wavelengths};
 
 /// Places that lights may light, one for each lane; see [`Receiver`].
-#[derive(Clone, Debug)]
-pub struct Receivers {
+#[derive(Clone, Copy, Debug)]
+pub struct Receivers<'a> {
     /// The lit points.
-    pub point: [Points<Register>; REGISTERS],
+    pub point: &'a [Points<Register>; REGISTERS],
     /// The sides from which light counts, as [`Receiver::facing`] has them.
-    pub facing: [Vec3Lanes; REGISTERS],
+    pub facing: &'a [Vec3Lanes; REGISTERS],
 }
 
 /// The places of some lanes, and what else light samples for them depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Lit<'a, F, const C: usize> {
     /// The places.
-    pub from: &'a Receivers,
+    pub from: Receivers<'a>,
     /// When they are lit.
     pub time: f64,
     /// The wavelengths of a lane.
@@ -51,10 +51,7 @@ pub struct LightSamples<const C: usize> {
     pub discrete: Mask,
 }
 
-impl Receivers {
-    /// Points at the origin that light from anywhere reaches.
-    pub const NONE: Self = Self { point: [Points::NONE; REGISTERS], facing: [Vec3Lanes::ZERO; REGISTERS] };
-
+impl Receivers<'_> {
     /// The receiver of one lane.
     pub fn get(&self, lane: usize) -> Receiver {
         let register = lane / WIDTH % REGISTERS;
@@ -87,7 +84,7 @@ impl<const C: usize> LightSamples<C> {
         u: &[Row; 2],
         probability: &Row,
     ) {
-        let (samples, lanes) = map.sample_in_lanes(u, lanes, &lit.from.facing, &lit.wavelengths);
+        let (samples, lanes) = map.sample_in_lanes(u, lanes, lit.from.facing, &lit.wavelengths);
         self.found |= lanes;
         for register in registers_of(lanes) {
             let direction = samples.direction[register];
@@ -104,7 +101,7 @@ impl<const C: usize> LightSamples<C> {
         &mut self,
         lamp: &Lamp,
         radiance: &SampledLanes<C>,
-        from: &Receivers,
+        from: Receivers,
         lanes: Mask,
         choices: &Choices,
     ) -> Mask {

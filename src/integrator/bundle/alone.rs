@@ -33,7 +33,7 @@ impl<const C: usize> Bundle<'_, C> {
             throughput: self.throughput.get(lane),
             ratio: self.ratio.get(lane),
             last: PreviousSample::Scattered {
-                from: self.from.get(lane),
+                from: self.from().get(lane),
                 prior_over_density: get(&self.prior_over_density, lane),
                 by_scattering: self.ratio.get(lane),
             },

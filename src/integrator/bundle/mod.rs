@@ -16,9 +16,10 @@ use super::contributions::{crossings, media_beyond};
 use super::surfaces::{Scatters, Surfaces};
 use super::weights::{late_survival, light_sample_weights, roulette_survival, scattering_weight};
 use crate::accel::Rays;
-use crate::geometry::Ray;
+use crate::geometry::{Points, Ray};
 use crate::lanes::{
-    LANES, Mask, REGISTERS, Real, Register, Row, Truth, WIDTH, ZERO, get, lanes_of, mask_of, part, set,
+    LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, mask_of, part,
+    set,
 };
 use crate::light::{LampLight, LightSamples, Lit, Receiver, Receivers};
 use crate::material::Shading;
@@ -50,8 +51,9 @@ pub(super) struct Bundle<'a, const C: usize> {
     pub depth: u32,
     pub throughput: SampledLanes<C>,
     pub ratio: SampledLanes<C>,
-    /// Where the rays were scattered.
-    from: Receivers,
+    /// Where the rays were scattered, and the sides from which light counts there.
+    from_point: [Points<Register>; REGISTERS],
+    from_facing: [Vec3Lanes; REGISTERS],
     /// With which density, and Σⱼ pⱼ / p₀ before over that.
     density: Row,
     pub prior_over_density: Row,
@@ -89,7 +91,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
             depth: 0,
             throughput: SampledLanes::ONE,
             ratio: SampledLanes::ONE,
-            from: Receivers::NONE,
+            from_point: [Points::NONE; REGISTERS],
+            from_facing: [Vec3Lanes::ZERO; REGISTERS],
             density: ZERO,
             prior_over_density: ZERO,
             prior_throughput: [Register::ONE; REGISTERS],
@@ -155,10 +158,14 @@ impl<'a, const C: usize> Bundle<'a, C> {
         }
     }
 
+    fn from(&self) -> Receivers<'_> {
+        Receivers { point: &self.from_point, facing: &self.from_facing }
+    }
+
     /// Places of some lanes that ask for light.
     fn lit<'s>(
         &'s self,
-        from: &'s Receivers,
+        from: Receivers<'s>,
         asked: Mask,
     ) -> Lit<'s, impl Fn(usize) -> &'a Wavelengths<C> + use<'s, 'a, C>, C> {
         let wavelengths = |lane: usize| self.wavelengths(lane);
@@ -247,7 +254,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             // What light samples do not look for has the weight 1.
             return sums.map(|sum| Register::ONE / sum);
         }
-        let probability = self.scene.lights.environment_probabilities(&self.lit(&self.from, gone));
+        let probability = self.scene.lights.environment_probabilities(&self.lit(self.from(), gone));
         std::array::from_fn(|register| {
             let by_light = density[register] * probability[register];
             let by_light = self.prior_over_density[register] * by_light;
@@ -320,7 +327,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             samples.found = 0;
             return;
         }
-        lights.sample_in_lanes(&self.lit(&surfaces.receivers(), self.alive), &[u[0], u[1]], samples);
+        lights.sample_in_lanes(&self.lit(surfaces.receivers(), self.alive), &[u[0], u[1]], samples);
         samples.rays.leaves = *surfaces.hits.facet();
     }
 
@@ -420,10 +427,10 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.rays.t_max = Rays::NONE.t_max;
         self.rays.leaves = *surfaces.hits.facet();
         self.density = scatters.density;
-        self.from = surfaces.receivers();
+        (self.from_point, self.from_facing) = (surfaces.hits.point, surfaces.normal);
         if self.depth == 0 && self.scene.features().caustics {
             let first = |lane| FirstSurface {
-                point: self.from.get(lane).point,
+                point: self.from().get(lane).point,
                 leaves: self.rays.get(lane).direction,
                 density: get(&self.density, lane) * scatters.ratio.get(lane).sum() / C as f64,
             };
@@ -554,10 +561,9 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.sources[lane] = other.sources[from];
         self.rays.set(lane, &other.rays.get(from));
         set(&mut self.rays.leaves, lane, get(&other.rays.leaves, from));
-        let (register, [to, of]) = (lane / WIDTH, [&mut self.from, &mut other.from]);
-        let Receiver { point, facing } = of.get(from);
-        to.point[register].set(lane, &point);
-        to.facing[register].set(lane, facing);
+        let Receiver { point, facing } = other.from().get(from);
+        self.from_point[lane / WIDTH].set(lane, &point);
+        self.from_facing[lane / WIDTH].set(lane, facing);
         for (own, other) in [
             (&mut self.throughput, &other.throughput),
             (&mut self.ratio, &other.ratio),

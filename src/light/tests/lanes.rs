@@ -1,6 +1,7 @@
 //! Light samples in lanes are those of one surface after the other.
 
 use super::*;
+use crate::geometry::Points;
 use crate::lanes::{LANES, REGISTERS, Row, Vec3Lanes, WIDTH, ZERO, get, set};
 use crate::light::{EnvironmentMap, LampLight, LightSamples, Lit, Receivers, Texel};
 use crate::shape::{Mesh, Sphere};
@@ -51,14 +52,15 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
     for (number, world) in worlds.iter().enumerate() {
         for round in 0..200 {
             let reach = if round % 4 == 0 { 20.0 } else { 1.5 };
-            let mut receivers = Receivers::NONE;
+            let mut points = [Points::NONE; REGISTERS];
+            let mut facing = [Vec3Lanes::ZERO; REGISTERS];
             let mut u: [Row; 2] = [ZERO; 2];
             for lane in 0..LANES {
                 let position = Vec3::from_array(std::array::from_fn(|_| numbers.between(-reach, reach)));
                 let normal = uniform_direction(numbers.pair());
                 let error = 1e-12 * numbers.next();
-                receivers.point[lane / WIDTH].set(lane, &SurfacePoint { position, normal, error });
-                receivers.facing[lane / WIDTH].set(lane, normal);
+                points[lane / WIDTH].set(lane, &SurfacePoint { position, normal, error });
+                facing[lane / WIDTH].set(lane, normal);
                 set(&mut u[0], lane, numbers.next());
                 set(&mut u[1], lane, numbers.next());
             }
@@ -66,7 +68,8 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
             let mut samples = LightSamples::NONE;
             let of = |lane: usize| &wavelengths[lane];
             let light = LampLight::new(&world.lights, of, false);
-            let lit = Lit { from: &receivers, time: 0.0, wavelengths: of, light: &light, asked };
+            let receivers = Receivers { point: &points, facing: &facing };
+            let lit = Lit { from: receivers, time: 0.0, wavelengths: of, light: &light, asked };
             world.lights.sample_in_lanes(&lit, &u, &mut samples);
             assert_eq!(samples.found & !asked, 0);
             let lights = &world.lights;
