@@ -123,7 +123,7 @@ fn share<'s, const C: usize>(
         };
         Turn::new(scene, time, wavelengths, streams)
     };
-    // Turns, bundles and what is shared are large: all are made where they stay.
+    // Turns, bundles and what is shared are large, and collecting them copies them once less than pushing.
     let turns: Vec<Turn<C>> = begun.iter().map(turn).collect();
     let Workspace { scratch, surfaces, links, spare } = workspace;
     surfaces.resize_with(turns.len(), Surfaces::new);
