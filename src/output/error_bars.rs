@@ -58,8 +58,8 @@ pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f6
 /// film.
 pub const SQUARE: u32 = 32;
 
-/// So many pixels of a square, alike in the variance of their runs, are pooled: nets complete the runs of a
-/// smooth pixel far better than those of one on an edge.
+/// So many pixels of a square that are alike are pooled: nets complete the runs of a smooth pixel far better
+/// than those of one on an edge, which has a part in the pixel's variance by the square of its contrast.
 const ALIKE: usize = 64;
 
 /// Pixels whose nets are taken to agree with their runs, beside those of a square, and to be as those of the
@@ -68,10 +68,23 @@ const PRIOR: f64 = 16.0;
 
 /// The same of replicates that are runs of nets, and so tell too large a variance: `of_nets` are the
 /// variances that the nets tell, which are right on average. Their ratio over pixels of a square of the film
-/// that are alike says by how much. `part` is where the pixels are on the whole film.
-pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: Option<&[f64]>) -> Vec<f64> {
+/// that are alike says by how much: as uneven as one another, in units of their noise, where their `means`
+/// are known, and else as noisy. `part` is where the pixels are on the whole film.
+pub fn calibrated(
+    picture: [u32; 2],
+    part: Region,
+    means: Option<&[f64]>,
+    variances: &[f64],
+    of_nets: Option<&[f64]>,
+) -> Vec<f64> {
     let mut moderated = moderated(picture, part.size, variances);
     let Some(of_nets) = of_nets else { return moderated };
+    let order: Vec<f64> = match means {
+        Some(means) => {
+            (0..means.len()).map(|pixel| uneven(part.size, means, pixel) / moderated[pixel]).collect()
+        }
+        None => moderated.clone(),
+    };
     let mut squares: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
     for (index, [x, y]) in part.pixels().enumerate() {
         let (scale, own, net) = (moderated[index], variances[index], of_nets[index]);
@@ -86,7 +99,7 @@ pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: O
             (PRIOR * expected + sum(of_nets)) / (PRIOR + sum(variances))
         };
         let of_square = ratio(&pixels, 1.0);
-        pixels.sort_by(|&a, &b| moderated[a].total_cmp(&moderated[b]));
+        pixels.sort_by(|&a, &b| order[a].total_cmp(&order[b]));
         let alike = pixels.chunks(ALIKE);
         let ratios: Vec<f64> = alike.clone().map(|pixels| ratio(pixels, of_square)).collect();
         for (pixels, ratio) in alike.zip(ratios) {
@@ -94,6 +107,37 @@ pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: O
         }
     }
     moderated
+}
+
+/// Sum of the squares by which the values of a pixel and its neighbours, row by row, depart from a plane:
+/// what is even may slope. Beyond the border values slope on.
+fn uneven(size: [u32; 2], values: &[f64], pixel: usize) -> f64 {
+    let [width, height] = size.map(|size| size as usize);
+    let (x, y) = (pixel % width, pixel / width);
+    let own = values[pixel];
+    let row = |y: usize| {
+        let value = |x: usize| values[y * width + x] - own;
+        sloping((x > 0).then(|| value(x - 1)), value(x), (x + 1 < width).then(|| value(x + 1)))
+    };
+    let (above, here, below) = ((y > 0).then(|| row(y - 1)), row(y), (y + 1 < height).then(|| row(y + 1)));
+    let [mut sum, mut squares, mut across, mut down] = [0.0; 4];
+    for column in 0..3 {
+        let of_column = sloping(above.map(|row| row[column]), here[column], below.map(|row| row[column]));
+        for (row, value) in of_column.into_iter().enumerate() {
+            sum += value;
+            squares += value * value;
+            across += (column as f64 - 1.0) * value;
+            down += (row as f64 - 1.0) * value;
+        }
+    }
+    // The sums of 1 and of the squares of the steps are 9 and 6.
+    squares - sum * sum / 9.0 - (across * across + down * down) / 6.0
+}
+
+/// Three values in a line, of which one may be beyond the border.
+fn sloping(before: Option<f64>, here: f64, after: Option<f64>) -> [f64; 3] {
+    let opposite = |other: Option<f64>| other.map_or(here, |other| 2.0 * here - other);
+    [before.unwrap_or_else(|| opposite(after)), here, after.unwrap_or_else(|| opposite(before))]
 }
 
 /// How much of the variance that runs of nets tell of a mean over a picture is right, going by the variances
@@ -136,15 +180,15 @@ mod tests {
     #[test]
     fn nets_say_how_much_too_wide_runs_are() {
         let part = Region { offset: [16, 0], size: [32, 32] };
-        let runs = vec![4.0; 1024];
+        let (means, runs) = (vec![1.0; 1024], vec![4.0; 1024]);
         // Half of what the runs say in the left square, as much in the right one.
         let nets: Vec<f64> = part.pixels().map(|[x, _]| if x < 32 { 2.0 } else { 4.0 }).collect();
-        let found = calibrated([64, 32], part, &runs, Some(&nets));
+        let found = calibrated([64, 32], part, Some(&means), &runs, Some(&nets));
         let of_square = (16.0 + 256.0) / (16.0 + 512.0);
         let left = 4.0 * (16.0 * of_square + 32.0) / (16.0 + 64.0);
         let ends = [found[0], found[31]];
         assert!((ends[0] - left).abs() < 1e-12 && (ends[1] - 4.0).abs() < 1e-12, "{ends:?}");
-        assert_eq!(calibrated([64, 32], part, &runs, None), runs);
+        assert_eq!(calibrated([64, 32], part, Some(&means), &runs, None), runs);
     }
 
     /// Runs that complete each other in a smooth sky, and a band whose runs know nothing of each other.
@@ -155,9 +199,41 @@ mod tests {
             part.pixels().map(|[_, y]| if (14..18).contains(&y) { band } else { sky }).collect()
         };
         let (runs, nets) = (by_row(100.0, 1.0), by_row(100.0, 0.05));
-        let found = calibrated([32, 32], part, &runs, Some(&nets));
+        let found = calibrated([32, 32], part, None, &runs, Some(&nets));
         let [sky, band] = [found[0], found[16 * 32 + 8]];
         assert!(sky < 0.15 && (80.0..=100.0).contains(&band), "{sky} {band}");
+    }
+
+    /// An edge and both its sides err alike as runs tell it: only the values tell that nets complete the runs
+    /// of some pixels alone.
+    #[test]
+    fn pixels_on_an_edge_vote_by_themselves() {
+        let part = Region::whole([32, 32]);
+        let is_edge = |x: u32| (15..17).contains(&x);
+        let of = |value: &dyn Fn(u32) -> f64| -> Vec<f64> { part.pixels().map(|[x, _]| value(x)).collect() };
+        // A slope of a hundred errors a pixel, with a step of as many.
+        let means = of(&|x| 100.0 * f64::from(x) + if x > 15 { 100.0 } else { 0.0 });
+        let (runs, nets) = (vec![1.0; 1024], of(&|x| if is_edge(x) { 1.0 } else { 0.05 }));
+        let found = calibrated([32, 32], part, Some(&means), &runs, Some(&nets));
+        for ([x, _], found) in part.pixels().zip(found) {
+            // A square whose pixels vote together has 0.11 for all of them.
+            assert!(if is_edge(x) { (0.75..=1.0).contains(&found) } else { found < 0.3 }, "{x}: {found}");
+        }
+    }
+
+    #[test]
+    fn what_is_even_may_slope() {
+        let size = [4, 5];
+        let plane: Vec<f64> =
+            (0..20).map(|pixel| 2.0 + 3.0 * f64::from(pixel % 4) - 7.0 * f64::from(pixel / 4)).collect();
+        for pixel in 0..20 {
+            assert!(uneven(size, &plane, pixel).abs() < 1e-10, "{pixel}");
+        }
+        // A step s between columns: values 0, 0, s in each of three rows, where a plane leaves s²/2.
+        let step: Vec<f64> = (0..20).map(|pixel| if pixel % 4 > 1 { 2.0 } else { 0.0 }).collect();
+        assert!((uneven(size, &step, 5) - 2.0).abs() < 1e-12, "{}", uneven(size, &step, 5));
+        // The rows above the first go on as it does.
+        assert!((uneven(size, &step, 1) - 2.0).abs() < 1e-12);
     }
 
     #[test]

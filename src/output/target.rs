@@ -91,7 +91,12 @@ impl Sum {
             })
         };
         let by = |parts: u32| of_pixels(film, |x, y| variance(parts, x, y));
-        let variances = calibrated(film, &by(film.replicates), film.nets().map(by).as_deref());
+        let lightness = |x: u32, y: u32| {
+            let xyz = film.colour_by(1, x, y).map_or([0.0; 3], |(mean, _)| mean);
+            Xyz::from(xyz).to_lab(white).l
+        };
+        let (lightness, of_nets) = (of_pixels(film, lightness), film.nets().map(by));
+        let variances = calibrated(film, &lightness, &by(film.replicates), of_nets.as_deref());
         let sum = Self::over(film, &of_tiles(film, &variances), |_, _, variance| variance.sqrt());
         let pixels = film.extent.shown.pixel_count() as f64;
         Self { divisor: if is_black { 0.0 } else { pixels }, ..sum }
@@ -118,10 +123,10 @@ fn of_pixels<T: Send>(film: &Film, of: impl Fn(u32, u32) -> T + Sync) -> Vec<T> 
     (0..height).into_par_iter().flat_map_iter(row).collect()
 }
 
-/// The error bars of all pixels that are measured, squared, from what all replicates tell of each, and what
-/// nets tell where there are any.
-fn calibrated(film: &Film, variances: &[f64], of_nets: Option<&[f64]>) -> Vec<f64> {
-    error_bars::calibrated(film.extent.window.size, film.extent.measured, variances, of_nets)
+/// The error bars of all pixels that are measured, squared, from their means, from what all replicates tell
+/// of each, and what nets tell where there are any.
+fn calibrated(film: &Film, means: &[f64], variances: &[f64], of_nets: Option<&[f64]>) -> Vec<f64> {
+    error_bars::calibrated(film.extent.window.size, film.extent.measured, Some(means), variances, of_nets)
 }
 
 impl Target {
@@ -178,7 +183,8 @@ impl Target {
             let squared =
                 |by: usize| measured.iter().map(|pixel| pixel[by].error.powi(2)).collect::<Vec<f64>>();
             let of_nets = film.nets().map(|_| squared(1));
-            let variances = calibrated(film, &squared(0), of_nets.as_deref());
+            let means: Vec<f64> = measured.iter().map(|pixel| pixel[0].mean).collect();
+            let variances = calibrated(film, &means, &squared(0), of_nets.as_deref());
             let value = |x: u32, y: u32| measured[y as usize * film.width as usize + x as usize][0].mean;
             let total: f64 = film.shown().map(|(x, y)| value(x, y)).sum();
             let mean = total / pixels;

@@ -105,7 +105,11 @@ impl<'a> Bands<'a> {
             };
             let of_nets = self.picture.film.nets().map(|_| gathered(|values| values.of_nets.as_slice()));
             let variances = gathered(|values| values.variances.as_slice());
-            errors(error_bars::calibrated(window.size, part, &variances, of_nets.as_deref()))
+            let means: Vec<f64> = all
+                .iter()
+                .flat_map(|values| values.means[slice(number)].iter().map(|&mean| f64::from(mean)))
+                .collect();
+            errors(error_bars::calibrated(window.size, part, Some(&means), &variances, of_nets.as_deref()))
         };
         let of_image = |number: usize| -> Vec<f32> {
             let first = first as usize * width;

@@ -45,7 +45,7 @@ impl TileNoise {
         };
         let of_nets = (!noise.tiles_of_nets.is_empty()).then(|| times(&noise.tiles_of_nets));
         let runs = times(&noise.tiles);
-        error_bars::calibrated(tiles, Region::whole(tiles), &runs, of_nets.as_deref())
+        error_bars::calibrated(tiles, Region::whole(tiles), None, &runs, of_nets.as_deref())
             .into_iter()
             .map(letter)
             .collect()
