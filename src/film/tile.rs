@@ -59,17 +59,6 @@ pub struct FilmSample {
 const PER_COLUMN: u64 = 0xc13f_a9a9_02a6_328f;
 const PER_ROW: u64 = 0x91e1_0da5_c79e_7b1d;
 
-/// What a sample's row, and its column, adds to the value by which contributions are rounded.
-#[inline(always)]
-fn bits_of_row(sample: u64, row: i64) -> u64 {
-    sample.wrapping_add((row as u64).wrapping_mul(PER_ROW))
-}
-
-#[inline(always)]
-fn bits_of_column(column: i64) -> u64 {
-    (column as u64).wrapping_mul(PER_COLUMN)
-}
-
 /// Evenly distributed bits as a number from -½ up to ½.
 #[inline(always)]
 fn rounding_of(bits: u64) -> f64 {
@@ -83,7 +72,9 @@ impl Tile {
     /// sequences", 2018).
     #[inline(always)]
     pub fn begin(&mut self, sample: u64, [column, row]: [i64; 2]) {
-        self.rounding = rounding_of(bits_of_row(sample, row).wrapping_add(bits_of_column(column)));
+        let along = (column as u64).wrapping_mul(PER_COLUMN);
+        let down = (row as u64).wrapping_mul(PER_ROW);
+        self.rounding = rounding_of(sample.wrapping_add(down).wrapping_add(along));
     }
 
     /// The part of a footprint that lies in the tile: the ranges of its columns and of its rows, and the
@@ -105,24 +96,13 @@ impl Tile {
     /// with: what [`Self::add`] does of each. `corner`: of the measured part, in the whole film.
     #[inline(always)]
     pub fn splat(&mut self, footprint: &Footprint, sample: &FilmSample, corner: [u32; 2]) {
-        let ([columns, rows], first) = self.inside(footprint, corner);
-        let width = i64::from(self.size[0]);
-        for row in rows {
-            let weight = footprint.rows[row] * sample.share;
-            let bits = bits_of_row(sample.key, footprint.first[1] + row as i64);
-            let first = first + row as i64 * width;
-            for column in columns.clone() {
-                let of_column = bits_of_column(footprint.first[0] + column as i64);
-                self.rounding = rounding_of(bits.wrapping_add(of_column));
-                let place = (first + column as i64) as usize;
-                let weight = footprint.columns[column] * weight;
-                self.add_weighed(place, sample.replicate, &sample.measured, weight);
-            }
-        }
+        self.visit(footprint, sample, corner, |tile, place, weight| {
+            tile.add_weighed(place, sample.replicate, &sample.measured, weight);
+        });
     }
 
-    /// Visits the places in the tile that a footprint reaches, each with the sample's weight there, to add
-    /// further channels.
+    /// Visits the places in the tile that a footprint reaches, each with the sample's weight there. `corner`:
+    /// of the measured part, in the whole film.
     #[inline(always)]
     pub fn visit(
         &mut self,

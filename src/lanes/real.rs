@@ -386,6 +386,8 @@ mod tests {
         let numbers = f64x4::new([0.0, -1.0, -least, least]);
         let sums = [0, 4, 5 - least as i64, least as i64 - 2];
         assert_eq!(add_to_integers([0, 5, 5, -2], numbers), Some(sums));
+        let halves = f64x4::new([0.5, 1.5, -2.5, -0.75]);
+        assert_eq!(add_to_integers([0, 0, 10, 0], halves), Some([0, 2, 8, -1]));
         assert_eq!(add_to_integers([0, 0, i64::MAX, 0], numbers), None);
         assert_eq!(add_to_integers([0, i64::MIN, 0, 0], numbers), None);
     }

@@ -78,8 +78,8 @@ impl Sum {
         let luminance: Vec<f64> = luminance.collect();
         let is_black = luminance.iter().all(|&value| value == 0.0);
         let white = rec709_to_xyz([1.0; 3]) * assumed_white(luminance);
-        let variance = |parts: u32, x: u32, y: u32| {
-            film.colour_by(parts, x, y).map_or(f64::INFINITY, |(mean, deviations)| {
+        let lightness_and_variance = |parts: u32, x: u32, y: u32| {
+            film.colour_by(parts, x, y).map_or((0.0, f64::INFINITY), |(mean, deviations)| {
                 // A replicate deviates by so many times the error of the mean of all, on average.
                 let less = 1.0 / f64::from(parts.saturating_sub(1)).sqrt();
                 let own = Xyz::from(mean).to_lab(white);
@@ -87,16 +87,15 @@ impl Sum {
                     let other = [0, 1, 2].map(|i| mean[i] + less * deviation[i]);
                     delta_e_2000(own, Xyz::from(other).to_lab(white)).powi(2)
                 };
-                deviations.iter().map(difference).sum::<f64>() / f64::from(parts)
+                (own.l, deviations.iter().map(difference).sum::<f64>() / f64::from(parts))
             })
         };
-        let by = |parts: u32| of_pixels(film, |x, y| variance(parts, x, y));
-        let lightness = |x: u32, y: u32| {
-            let xyz = film.colour_by(1, x, y).map_or([0.0; 3], |(mean, _)| mean);
-            Xyz::from(xyz).to_lab(white).l
+        let by = |parts: u32| -> (Vec<f64>, Vec<f64>) {
+            of_pixels(film, |x, y| lightness_and_variance(parts, x, y)).into_iter().unzip()
         };
-        let (lightness, of_nets) = (of_pixels(film, lightness), film.nets().map(by));
-        let variances = calibrated(film, &lightness, &by(film.replicates), of_nets.as_deref());
+        let (lightness, of_runs) = by(film.replicates);
+        let of_nets = film.nets().map(|nets| by(nets).1);
+        let variances = calibrated(film, &lightness, &of_runs, of_nets.as_deref());
         let sum = Self::over(film, &of_tiles(film, &variances), |_, _, variance| variance.sqrt());
         let pixels = film.extent.shown.pixel_count() as f64;
         Self { divisor: if is_black { 0.0 } else { pixels }, ..sum }

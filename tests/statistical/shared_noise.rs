@@ -3,6 +3,7 @@
 
 use crate::common::folder::{Folder, of_repository};
 use abbe::compare::{Options, compare};
+use abbe::output::error_bars::near;
 use abbe::output::exr::Channels;
 use abbe::stats::{Moments, uniformity};
 use std::slice::from_ref;
@@ -152,10 +153,10 @@ fn edges_err_as_the_file_states() {
         let found: Vec<Moments> = (0..width * height).map(|at| pixel(name, at)).collect();
         let (mut noise, mut stated, mut edges) = (0.0, 0.0, 0);
         for (x, y) in (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))) {
-            let near = (y - 1..y + 2).flat_map(|y| (x - 1..x + 2).map(move |x| y * width + x));
-            let [least, most] = near.fold([f64::INFINITY, 0.0], |[least, most]: [f64; 2], at| {
-                [least.min(found[at].mean()), most.max(found[at].mean())]
-            });
+            let [least, most] = near([width, height], [x, y])
+                .fold([f64::INFINITY, 0.0], |[least, most]: [f64; 2], at| {
+                    [least.min(found[at].mean()), most.max(found[at].mean())]
+                });
             let at = y * width + x;
             if most - least > 0.3 * found[at].mean() {
                 let error = pixel(&format!("error.{name}"), at);

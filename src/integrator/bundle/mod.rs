@@ -21,7 +21,7 @@ use crate::lanes::{
     LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, mask_of, part,
     set,
 };
-use crate::light::{LampLight, LightSamples, Lit, Receiver, Receivers};
+use crate::light::{LampLight, LightSamples, Lit, Receivers};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
@@ -120,11 +120,6 @@ impl<'a, const C: usize> Bundle<'a, C> {
 
     pub fn scene(&self) -> &'a Scene {
         self.scene
-    }
-
-    /// Whether paths of another bundle that has come as far may go on in this one.
-    pub fn may_merge(&self, other: &Self) -> bool {
-        self.depth == other.depth && (self.time == other.time || !self.scene.features().motion)
     }
 
     fn stream(&self, lane: usize) -> &'a Stream<'a> {
@@ -548,45 +543,6 @@ impl<'a, const C: usize> Bundle<'a, C> {
     pub fn end_absorbed(&self, scatters: &Scatters<C>) {
         let apart = scatters.apart.iter().fold(0, |mask, (lane, _)| mask | 1 << lane);
         self.end(PathEnd::Absorbed, self.alive & !(scatters.spread | apart));
-    }
-
-    /// What came to a lane, by the number of its turn and its lane there.
-    pub fn found(&self, lane: usize) -> (usize, usize, Sampled<C>) {
-        let Source { number, lane: of_turn, .. } = self.sources[lane];
-        (number, of_turn, self.arriving.get(lane))
-    }
-
-    /// Takes the path of a lane of another bundle, which has come as far, into a lane whose own has ended.
-    pub fn take(&mut self, lane: usize, other: &mut Self, from: usize) {
-        self.sources[lane] = other.sources[from];
-        self.rays.set(lane, &other.rays.get(from));
-        set(&mut self.rays.leaves, lane, get(&other.rays.leaves, from));
-        let Receiver { point, facing } = other.from().get(from);
-        self.from_point[lane / WIDTH].set(lane, &point);
-        self.from_facing[lane / WIDTH].set(lane, facing);
-        for (own, other) in [
-            (&mut self.throughput, &other.throughput),
-            (&mut self.ratio, &other.ratio),
-            (&mut self.arriving, &other.arriving),
-        ] {
-            own.set(lane, &other.get(from));
-        }
-        for (own, other) in [
-            (&mut self.density, &other.density),
-            (&mut self.prior_over_density, &other.prior_over_density),
-            (&mut self.prior_throughput, &other.prior_throughput),
-        ] {
-            set(own, lane, get(other, from));
-        }
-        self.lamp_light.take(lane, &other.lamp_light, from);
-        if let (Some(own), Some(other)) = (self.media.get_mut(lane), other.media.get(from)) {
-            own.clone_from(other);
-        }
-        if let (Some(own), Some(other)) = (self.firsts.get_mut(lane), other.firsts.get(from)) {
-            own.clone_from(other);
-        }
-        self.alive |= 1 << lane;
-        other.alive &= !(1 << from);
     }
 }
 

@@ -1,8 +1,9 @@
 //! Suffixes of the paths of several samples of a group, followed together: as paths end, those that go on are
 //! moved into fewer bundles.
 
-use super::{Bundle, Scratch};
-use crate::lanes::{ALL, LANES, Mask, lanes_of};
+use super::{Bundle, Scratch, Source};
+use crate::lanes::{ALL, LANES, Mask, WIDTH, get, lanes_of, set};
+use crate::light::Receiver;
 use crate::spectrum::{Sampled, SampledLanes};
 
 /// What suffixes have found.
@@ -70,5 +71,51 @@ fn gather<const C: usize>(bundles: &mut Vec<Bundle<C>>, found: &mut Found<C>) {
         }
         found.contested.append(&mut last.contested);
         bundles.truncate(bundles.len() - 1);
+    }
+}
+
+impl<const C: usize> Bundle<'_, C> {
+    /// Whether paths of another bundle that has come as far may go on in this one.
+    fn may_merge(&self, other: &Self) -> bool {
+        self.depth == other.depth && (self.time == other.time || !self.scene.features().motion)
+    }
+
+    /// What came to a lane, by the number of its turn and its lane there.
+    fn found(&self, lane: usize) -> (usize, usize, Sampled<C>) {
+        let Source { number, lane: of_turn, .. } = self.sources[lane];
+        (number, of_turn, self.arriving.get(lane))
+    }
+
+    /// Takes the path of a lane of another bundle, which has come as far, into a lane whose own has ended.
+    fn take(&mut self, lane: usize, other: &mut Self, from: usize) {
+        self.sources[lane] = other.sources[from];
+        self.rays.set(lane, &other.rays.get(from));
+        set(&mut self.rays.leaves, lane, get(&other.rays.leaves, from));
+        let Receiver { point, facing } = other.from().get(from);
+        self.from_point[lane / WIDTH].set(lane, &point);
+        self.from_facing[lane / WIDTH].set(lane, facing);
+        for (own, other) in [
+            (&mut self.throughput, &other.throughput),
+            (&mut self.ratio, &other.ratio),
+            (&mut self.arriving, &other.arriving),
+        ] {
+            own.set(lane, &other.get(from));
+        }
+        for (own, other) in [
+            (&mut self.density, &other.density),
+            (&mut self.prior_over_density, &other.prior_over_density),
+            (&mut self.prior_throughput, &other.prior_throughput),
+        ] {
+            set(own, lane, get(other, from));
+        }
+        self.lamp_light.take(lane, &other.lamp_light, from);
+        if let (Some(own), Some(other)) = (self.media.get_mut(lane), other.media.get(from)) {
+            own.clone_from(other);
+        }
+        if let (Some(own), Some(other)) = (self.firsts.get_mut(lane), other.firsts.get(from)) {
+            own.clone_from(other);
+        }
+        self.alive |= 1 << lane;
+        other.alive &= !(1 << from);
     }
 }
