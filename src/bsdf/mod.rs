@@ -274,16 +274,21 @@ pub enum BsdfTextures {
     Measured(&'static MeasuredTable),
 }
 
-/// What a surface sends on in single directions, the same way forth and back. More is greater.
+/// What a surface sends on in single directions, or nearly, the same way forth and back. More is greater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Specular {
     /// Nothing, or not the same way forth and back.
     Nothing,
+    /// All that it sends on, in narrow lobes: it is polished metal, no rougher than [`POLISHED`].
+    Nearly,
     /// The mirror reflection of a smooth coat.
     Coat,
     /// All that it sends on: it is smooth metal or glass.
     All,
 }
+
+/// The largest roughness of metal that casts caustics which chance seldom finds.
+const POLISHED: f64 = 0.25;
 
 impl BsdfTextures {
     /// The numbers at a point and the wavelengths of a path. `exterior` is the index of what surrounds the
@@ -356,6 +361,9 @@ impl BsdfTextures {
     pub fn specular(&self) -> Specular {
         match self {
             Self::Conductor { roughness: None, .. } => Specular::All,
+            Self::Conductor { roughness: Some(roughness), .. } if roughness.is_at_most(POLISHED) => {
+                Specular::Nearly
+            }
             Self::Dielectric(dielectric) if dielectric.roughness.is_none() => Specular::All,
             Self::Plastic(plastic) if plastic.coat.is_none() => Specular::Coat,
             _ => Specular::Nothing,

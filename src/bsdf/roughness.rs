@@ -28,6 +28,12 @@ impl RoughnessTextures {
         Some(Microfacets::new(self.distribution, alpha, alpha))
     }
 
+    /// Whether it is the same everywhere, and at most so large in each direction.
+    pub(super) fn is_at_most(&self, largest: f64) -> bool {
+        let is_below = |alpha: &Texture| alpha.uniform_value().is_some_and(|alpha| alpha <= largest);
+        self.alpha.iter().all(is_below)
+    }
+
     /// Whether it matters which way the surface's coordinates run.
     pub(super) fn is_anisotropic(&self) -> bool {
         !self.isotropic

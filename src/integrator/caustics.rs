@@ -40,10 +40,11 @@
 //! sides (Veach 1997, section 5.3).
 
 use super::light_subpaths::{Splat, Start, segment_to_lens};
-use super::weights::{late_survival, power_heuristic};
+use super::contributions::receiver;
+use super::weights::{late_survival, power_heuristic, scattering_weight};
 use crate::bsdf::Scatter;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::light::{Caustics, Origin};
+use crate::light::{Caustics, Emitted, LightHit, Origin};
 use crate::material::Shading;
 use crate::medium::Media;
 use crate::sampling::{Density, Dimensions, Stream};
@@ -86,6 +87,26 @@ impl Caustics {
         time: f64,
     ) -> f64 {
         power_heuristic(1.0, from_light * self.camera_factor(scene, first, time))
+    }
+}
+
+/// The light's factor of the ratio of densities for light that arrives along a ray, from where that leads to
+/// at once.
+pub(super) fn factor_along(
+    scene: &Scene,
+    caustics: &Caustics,
+    ray: &Ray,
+    time: f64,
+    media: &Media,
+) -> f64 {
+    match scene.intersect(ray, time, RayKind::Shadow, &mut media.clone(), |_, _| ()) {
+        Some(hit) => hit.light.map_or(0.0, |light| {
+            let area_ratio = scene.lights.area_ratio(light, &hit.point, time);
+            caustics.light_factor(light, &hit.point, -ray.direction, area_ratio)
+        }),
+        None => scene.lights.environment().map_or(0.0, |environment| {
+            caustics.environment_factor(ray.direction, environment.density(ray.direction), ray.origin)
+        }),
     }
 }
 
@@ -154,7 +175,8 @@ fn splat_from<'a, const C: usize>(
     }
     let first = FirstSurface { point: hit.point, leaves, density: value.density.sum() / C as f64 };
     let by_camera = caustics.camera_factor(scene, &first, *time);
-    let weight = power_heuristic(subpath.origin.factor(scene, caustics, *time) * by_camera, 1.0);
+    let from_light = subpath.origin.factor(scene, caustics, *time) * subpath.by_scattering.sqrt();
+    let weight = power_heuristic(from_light * by_camera, 1.0);
     if weight == 0.0 {
         return None;
     }
@@ -183,6 +205,9 @@ struct LightSubpath<const C: usize> {
     /// The largest power that it began with, times its weight as a branch.
     initial_power: f64,
     origin: Beginning,
+    /// The weight of scattering beside light samples at the first surface, where it scatters in nearly single
+    /// directions. 1 where no light sample can find the light.
+    by_scattering: f64,
     /// Number of surfaces before the next one.
     vertex: u32,
     /// The product of the weights of the branches that led to it.
@@ -193,7 +218,7 @@ struct LightSubpath<const C: usize> {
 #[derive(Clone, Copy)]
 enum Beginning {
     /// At a light, where and in what direction.
-    Surface { light: u32, start: SurfacePoint, toward: Vec3 },
+    Surface { start: LightHit, toward: Vec3 },
     /// Beyond the scene, from a direction that has a density per steradian, on a ray through a place.
     Environment { direction: Vec3, density: f64, place: Vec3 },
 }
@@ -202,8 +227,8 @@ impl Beginning {
     /// The light's factor of the ratio of densities.
     fn factor(self, scene: &Scene, caustics: &Caustics, time: f64) -> f64 {
         match self {
-            Self::Surface { light, start, toward } => {
-                caustics.light_factor(light, &start, toward, scene.lights.area_ratio(light, &start, time))
+            Self::Surface { start: LightHit { light, point, .. }, toward } => {
+                caustics.light_factor(light, &point, toward, scene.lights.area_ratio(light, &point, time))
             }
             Self::Environment { direction, density, place } => {
                 caustics.environment_factor(direction, density, place)
@@ -218,11 +243,12 @@ impl<const C: usize> LightSubpath<C> {
         let (chosen, probability) = caustics.choose(source);
         let (ray, power, origin) = match chosen {
             Origin::Surface { light, .. } => {
-                let start = scene.lights.emit(light, place, time, &wavelengths.nm)?;
+                let Emitted { hit: start, radiance, density: at_point } =
+                    scene.lights.emit(light, place, time, &wavelengths.nm)?;
                 let (toward, density) = caustics.aim_from(&start.point)?.sample(body, onward)?;
                 let cos = toward.dot(start.point.normal);
-                let power = start.radiance * (cos / (probability * start.density * density));
-                let origin = Beginning::Surface { light, start: start.point, toward };
+                let power = radiance * (cos / (probability * at_point * density));
+                let origin = Beginning::Surface { start, toward };
                 (cos > 0.0).then(|| (start.point.ray(toward), power, origin))?
             }
             Origin::Environment => {
@@ -243,6 +269,7 @@ impl<const C: usize> LightSubpath<C> {
             media: Media::default(),
             initial_power: power.max(),
             origin,
+            by_scattering: 1.0,
             vertex: 0,
             branch_weight: 1.0,
         })
@@ -260,7 +287,8 @@ impl<const C: usize> LightSubpath<C> {
         loop {
             let Some(hit) = self.advance(scene) else { return };
             let vertex = self.vertex;
-            if vertex == 0 && !scene.is_specular(&hit) {
+            let nearly_specular = scene.is_nearly_specular(&hit);
+            if vertex == 0 && !scene.is_specular(&hit) && !nearly_specular {
                 return;
             }
             let features = scene.features();
@@ -279,6 +307,19 @@ impl<const C: usize> LightSubpath<C> {
                 return;
             }
             let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
+            if vertex == 0 && nearly_specular {
+                let toward_light = -self.ray.direction;
+                if self.scatter(scene, &hit, &shading, 0.0..1.0, [u, v, lobe]).is_none()
+                    || !self.survives(scene, segments, survival)
+                {
+                    return;
+                }
+                self.weigh_scattering(scene, &hit, toward_light, choice);
+                if self.by_scattering == 0.0 {
+                    return;
+                }
+                continue;
+            }
             if vertex == 0 && !shading.bsdf.is_discrete() {
                 // Light samples find what reaches the surface beneath a coat straight.
                 let Some(mirror) = shading.take_mirror() else { return };
@@ -308,6 +349,22 @@ impl<const C: usize> LightSubpath<C> {
                 return;
             }
         }
+    }
+
+    /// Finds the weight of scattering beside light samples for a camera path that comes the other way to the
+    /// first surface, which has just scattered.
+    fn weigh_scattering(&mut self, scene: &Scene, hit: &Intersection, toward_light: Vec3, choice: f64) {
+        let Self { time, wavelengths, .. } = *self;
+        let shading = scene.shade(hit, self.ray.direction, &self.media, &wavelengths, choice);
+        let by_scattering = shading.evaluate(toward_light).density.sum() / C as f64;
+        let from = receiver(hit, &shading);
+        let by_light = || match self.origin {
+            Beginning::Surface { start, .. } => scene.lights.density(&start, &from, time, &wavelengths),
+            Beginning::Environment { .. } => {
+                scene.lights.environment_density(&from, toward_light, time, &wavelengths)
+            }
+        };
+        self.by_scattering = scattering_weight(scene, by_light, || by_scattering);
     }
 
     /// Whether it splits, and how.

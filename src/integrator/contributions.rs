@@ -2,7 +2,8 @@
 
 use super::observe::{Observe, Step, list};
 use super::path::{Beside, Path, PreviousSample};
-use super::weights::light_sample_weight;
+use super::caustics;
+use super::weights::{light_sample_weight, scattering_weight};
 use crate::bsdf::Evaluation;
 use crate::camera::LitPoint;
 use crate::geometry::{Ray, Vec3};
@@ -87,15 +88,43 @@ impl<const C: usize, O: Observe> Path<C, O> {
         weight: &mut f64,
         from_light: impl FnOnce(&Caustics) -> f64,
     ) -> Option<f64> {
-        let (PreviousSample::Discrete, Some(caustics)) = (&self.last, scene.caustics()) else { return None };
+        let caustics = scene.caustics()?;
+        let by_scattering = match &self.last {
+            PreviousSample::Discrete => 1.0,
+            PreviousSample::Scattered { .. } if self.nearly_specular => *weight,
+            PreviousSample::Camera | PreviousSample::Scattered { .. } => return None,
+        };
+        self.weigh_beside_caustics(scene, caustics, weight, || from_light(caustics) * by_scattering.sqrt())
+    }
+
+    /// The same, by the ratio of the densities but for the camera's factor.
+    #[inline(always)]
+    fn weigh_beside_caustics(
+        &self,
+        scene: &Scene,
+        caustics: &Caustics,
+        weight: &mut f64,
+        ratio: impl FnOnce() -> f64,
+    ) -> Option<f64> {
         match &self.beside_light_subpaths {
             Beside::Nothing => None,
             Beside::First(first) => {
-                *weight *= caustics.weight_beside(scene, first, from_light(caustics), self.time);
+                *weight *= caustics.weight_beside(scene, first, ratio(), self.time);
                 None
             }
-            Beside::Shared => Some(from_light(caustics)),
+            Beside::Shared => Some(ratio()),
         }
+    }
+
+    /// Whether light that a surface scatters toward the path may be found by light subpaths too, though
+    /// the surface scatters with a density.
+    #[inline(always)]
+    pub(super) fn competes_from(&self, scene: &Scene, hit: &Intersection, shading: &Shading<C>) -> bool {
+        scene.features().caustics
+            && self.vertex > 0
+            && scene.is_nearly_specular(hit)
+            && !shading.bsdf.is_discrete()
+            && caustics::may_follow(scene, hit, shading, Density::PerSolidAngle(1.0))
     }
 
     /// What the path has found, unless that is kept apart; see [`Beside::Shared`].
@@ -113,7 +142,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     /// Light that reaches the surface straight from one light, chosen and sampled for this place.
     #[inline(always)]
     pub(super) fn direct_light(
-        &self,
+        &mut self,
         scene: &Scene,
         ray: &Ray,
         hit: &Intersection,
@@ -134,8 +163,38 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let around = media_beyond(scene, &self.media, ray, hit, &sample.shadow_ray);
         let prior = self.prior(0.0);
         let light = self.light_from(scene, &sample, &value, &around, &prior, wavelengths);
+        if !light.is_zero() && self.competes_from(scene, hit, shading) {
+            return self.beside_subpaths_of_sample(scene, hit, &sample, &value, light);
+        }
         self.tell_of_light(scene, &sample, light);
         light
+    }
+
+    /// What a light sample brings to a surface from which light subpaths go on in nearly single directions,
+    /// weighed against these.
+    #[inline(never)]
+    fn beside_subpaths_of_sample(
+        &mut self,
+        scene: &Scene,
+        hit: &Intersection,
+        sample: &LightSample<C>,
+        value: &Evaluation<C>,
+        light: Sampled<C>,
+    ) -> Sampled<C> {
+        let mut weight = 1.0;
+        let mut shared = None;
+        if let (Some(caustics), Density::PerSolidAngle(density)) = (scene.caustics(), sample.density) {
+            let by_scattering =
+                scattering_weight(scene, || self.ratio.sum() * density, || (self.ratio * value.density).sum());
+            let ratio = || {
+                let ray = hit.point.ray(sample.shadow_ray.direction);
+                caustics::factor_along(scene, caustics, &ray, self.time, &self.media) * by_scattering.sqrt()
+            };
+            shared = self.weigh_beside_caustics(scene, caustics, &mut weight, ratio);
+        }
+        let light = light * weight;
+        self.tell_of_light(scene, sample, light);
+        self.contest(light, shared)
     }
 
     /// A light sample from the place at which a camera ray begins, where that measures irradiance: as if the

@@ -52,6 +52,9 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     eta_scale: f64,
     /// What light subpaths that come this way compete with.
     pub(super) beside_light_subpaths: Beside,
+    /// Whether the last surface that scattered it did so in nearly single directions, and light subpaths may
+    /// come that way.
+    pub(super) nearly_specular: bool,
     /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the
     /// densities.
     pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
@@ -188,6 +191,7 @@ impl<const C: usize> Path<C> {
             media,
             eta_scale: 1.0,
             beside_light_subpaths,
+            nearly_specular: false,
             contested: SmallVec::new(),
             scattered_by: ScatteredBy::Any,
             through_discrete: false,
@@ -218,6 +222,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             media: scene.media_at_sensor(ray, time),
             eta_scale: 1.0,
             beside_light_subpaths: Beside::Nothing,
+            nearly_specular: false,
             contested: SmallVec::new(),
             scattered_by: ScatteredBy::Nothing,
             through_discrete: true,
@@ -465,6 +470,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         shading: &Shading<C>,
         scatter: &Scatter<C>,
     ) {
+        self.nearly_specular = self.competes_from(scene, hit, shading);
         match scatter.density {
             // Light subpaths end there, and are seen from the camera as the path is.
             Density::PerSolidAngle(hero) if self.vertex == 0 && !shading.bsdf.transmits() => {

@@ -287,7 +287,9 @@ fn meet_next<'a, const C: usize>(
         bundle.shade(surfaces);
         for lane in lanes_of(surfaces.others & bundle.alive) {
             let is_turning = surfaces.shading(lane).is_some_and(|shading| shading.turns_with_eye());
-            if is_last || is_turning || !surfaces.shares(lane) {
+            let is_private =
+                is_turning || !surfaces.shares(lane) || bundle.competes_from(&surfaces.hits, lane);
+            if is_last || is_private {
                 let (light, _) = bundle.go_on_alone(surfaces, lane);
                 bundle.arrives(lane, light);
             }

@@ -19,7 +19,7 @@
 use super::light_subpaths::{Splat, Start, segment_to_lens};
 use super::weights::power_heuristic;
 use crate::geometry::SurfacePoint;
-use crate::light::VisibleLamps;
+use crate::light::{Emitted, LightHit, VisibleLamps};
 use crate::scene::Scene;
 
 impl VisibleLamps {
@@ -53,14 +53,15 @@ pub(super) fn splat<'a, const C: usize>(
 ) -> Option<Splat<'a, C>> {
     let &Start { time, wavelengths, source, place, onward, .. } = start;
     let (light, probability) = lamps.choose(source)?;
-    let start = scene.lights.emit(light, place, time, &wavelengths.nm)?;
-    let seen = scene.camera.project(start.point.position, onward, time)?;
-    if seen.toward_lens.dot(start.point.normal) <= 0.0 {
+    let Emitted { hit: LightHit { point, .. }, radiance, density: at_point } =
+        scene.lights.emit(light, place, time, &wavelengths.nm)?;
+    let seen = scene.camera.project(point.position, onward, time)?;
+    if seen.toward_lens.dot(point.normal) <= 0.0 {
         return None;
     }
-    segment_to_lens(scene, &start.point, &seen, time)?;
-    let weight = 1.0 - lamps.camera_weight(scene, light, &start.point, time);
-    let density = probability * start.density;
-    let scale = weight * seen.pixels_per_area(start.point.normal) / (density * C as f64);
-    Some(Splat { film: seen.film, radiance: start.radiance * scale, wavelengths, response: seen.response })
+    segment_to_lens(scene, &point, &seen, time)?;
+    let weight = 1.0 - lamps.camera_weight(scene, light, &point, time);
+    let density = probability * at_point;
+    let scale = weight * seen.pixels_per_area(point.normal) / (density * C as f64);
+    Some(Splat { film: seen.film, radiance: radiance * scale, wavelengths, response: seen.response })
 }

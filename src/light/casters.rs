@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 pub struct Casters(Kinds<Spheres>);
 
 /// What there is of both kinds, with the probability of aiming at it.
-type Kinds<T> = SmallVec<[(f64, T); 2]>;
+type Kinds<T> = SmallVec<[(f64, T); 3]>;
 
 /// The spheres of bodies of one kind, at least one.
 #[derive(Clone, Debug)]
@@ -69,16 +69,23 @@ const MOST: usize = 8;
 /// 4 %, and are often large, as that of a floor is.
 const TOWARD_COATS: f64 = 0.25;
 
+/// The same of those that aim at polished metals, whose caustics are less bright.
+const TOWARD_POLISHED: f64 = 0.25;
+
 impl Casters {
-    /// Neighbours among many bodies or coats share a sphere.
-    pub fn new(bodies: Vec<Caster>, coats: Vec<Caster>) -> Self {
+    /// Neighbours among many bodies, coats or polished metals share a sphere.
+    pub fn new(bodies: Vec<Caster>, coats: Vec<Caster>, polished: Vec<Caster>) -> Self {
         let gathered = |mut bodies: Vec<Caster>| {
             let mut spheres = Vec::new();
             gather(&mut bodies, MOST, &mut spheres);
             (!spheres.is_empty()).then_some(Spheres(spheres))
         };
-        let both = [(1.0 - TOWARD_COATS, bodies), (TOWARD_COATS, coats)].into_iter();
-        Self(kinds(both.filter_map(|(probability, bodies)| Some((probability, gathered(bodies)?)))))
+        let all = [
+            (1.0 - TOWARD_COATS - TOWARD_POLISHED, bodies),
+            (TOWARD_COATS, coats),
+            (TOWARD_POLISHED, polished),
+        ];
+        Self(kinds(all.into_iter().filter_map(|(weight, bodies)| Some((weight, gathered(bodies)?)))))
     }
 
     /// Whether there is nothing to aim at.
@@ -130,11 +137,12 @@ impl Casters {
     }
 }
 
-/// Those that there are. One alone is aimed at for sure.
+/// Those that there are, with weights that become probabilities.
 fn kinds<T>(of: impl Iterator<Item = (f64, T)>) -> Kinds<T> {
     let mut kinds: Kinds<T> = of.collect();
-    if let [(probability, _)] = &mut kinds[..] {
-        *probability = 1.0;
+    let all: f64 = kinds.iter().map(|(weight, _)| weight).sum();
+    for (weight, _) in &mut kinds {
+        *weight /= all;
     }
     kinds
 }

@@ -108,8 +108,8 @@ impl<const C: usize> LightSample<C> {
 /// A point of a light's surface and what it emits.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitted<const C: usize> {
-    /// The point of the light.
-    pub point: SurfacePoint,
+    /// The point of the light, as what arrives there would meet it.
+    pub hit: LightHit,
     /// Radiance of the point toward the receiver, W·m⁻²·sr⁻¹·nm⁻¹.
     pub radiance: Sampled<C>,
     /// Density of the point, per unit of area.
@@ -225,7 +225,9 @@ impl Lights {
             Some(spectrum) => spectrum.sample(nm),
             None => radiance.sample(&geometry.texture_point(&sample, time), nm),
         };
-        Some(Emitted { point: sample.surface.point, radiance, density: sample.density })
+        let (point, triangle, barycentric) = (sample.surface.point, sample.triangle, sample.barycentric);
+        let hit = LightHit { light, point, triangle, barycentric };
+        Some(Emitted { hit, radiance, density: sample.density })
     }
 
     /// What the density of [`Self::emit`] is divided by at a point of a light: world over own area there.

@@ -4,7 +4,7 @@ use super::counting::RayKind;
 use super::intersection::Intersection;
 use super::scene::{Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
-use crate::bsdf::EvenRoughMetal;
+use crate::bsdf::{EvenRoughMetal, Specular};
 use crate::geometry::{Points, Vec3};
 use crate::lanes::{
     Mask, REGISTERS, Real, Register, Row, Vec3Lanes, WIDTH, lanes_of, mask_of, part, registers_of, set,
@@ -271,6 +271,11 @@ impl Scene {
     /// Whether what a lane has met is the surface of a body.
     pub fn is_of_body(&self, found: &Intersections, lane: usize) -> bool {
         self.body_of(&found.hits.get(lane)).is_some()
+    }
+
+    /// [`Self::is_nearly_specular`] of what a lane has met.
+    pub fn is_nearly_specular_in_lane(&self, found: &Intersections, lane: usize) -> bool {
+        self.surfaces[found.hits.get(lane).shape as usize].specular == Specular::Nearly
     }
 
     /// The lanes that may have met several surfaces at once, or a boundary of bodies: what becomes of their

@@ -320,7 +320,12 @@ impl Scene {
 
     /// Whether light subpaths go on from a surface in single directions.
     pub fn is_specular(&self, hit: &Intersection) -> bool {
-        self.surface(hit).specular != Specular::Nothing
+        matches!(self.surface(hit).specular, Specular::Coat | Specular::All)
+    }
+
+    /// Whether light subpaths go on from a surface in nearly single directions.
+    pub fn is_nearly_specular(&self, hit: &Intersection) -> bool {
+        self.surface(hit).specular == Specular::Nearly
     }
 
     /// Whether anything at all is in the way of a ray.

@@ -292,13 +292,13 @@ impl<'a, const C: usize> Bundle<'a, C> {
                     surfaces.diffuse |= 1 << lane;
                     surfaces.reflectance.set(lane, &reflectance);
                 }
-                Side::Metal(number) => {
+                Side::Metal(number) if !self.competes_from(&surfaces.hits, lane) => {
                     let Source { turn, lane: of_turn, .. } = self.sources[lane];
                     surfaces.set_metal(lane, &turn.metal(scene, number, of_turn));
                     even_metals |= 1 << lane;
                 }
                 Side::Black => {}
-                Side::Other => surfaces.set(lane, self.shading(lane, &surfaces.hits.get(scene, lane))),
+                Side::Metal(_) | Side::Other => surfaces.set(lane, self.shading(lane, &surfaces.hits.get(scene, lane))),
             }
         }
         let Surfaces { metals, normal, .. } = surfaces;
@@ -306,6 +306,12 @@ impl<'a, const C: usize> Bundle<'a, C> {
         let absorbed = self.alive & !surfaces.scattering();
         self.end(PathEnd::Absorbed, absorbed);
         self.alive &= !absorbed;
+    }
+
+    /// Whether what the surface of a lane scatters is weighed against light subpaths, so that its path goes on
+    /// alone; see [`super::path::Path::competes_from`].
+    pub fn competes_from(&self, hits: &Intersections, lane: usize) -> bool {
+        self.scene.features().caustics && self.depth > 0 && self.scene.is_nearly_specular_in_lane(hits, lane)
     }
 
     fn shading(&self, lane: usize, hit: &Intersection) -> Shading<C> {
@@ -492,7 +498,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.shade(surfaces);
         let light_tracing = self.scene.features().caustics;
         for lane in lanes_of(surfaces.others & self.alive) {
-            if !surfaces.goes_along(lane, light_tracing) {
+            if !surfaces.goes_along(lane, light_tracing) || self.competes_from(&surfaces.hits, lane) {
                 let (light, _) = self.go_on_alone(surfaces, lane);
                 self.arrives(lane, light);
             }

@@ -76,7 +76,7 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
             let is_sampled = lights.environment().is_some_and(Environment::is_sampled);
             let beyond = is_sampled.then(|| lights.environment_probabilities(&lit));
             let hits = (0..lights.iter().count() as u32).filter_map(|light| {
-                let point = lights.emit(light, numbers.pair(), 0.0, &[550.0])?.point;
+                let point = lights.emit(light, numbers.pair(), 0.0, &[550.0])?.hit.point;
                 Some(LightHit { light, point, triangle: 0, barycentric: [0.0; 2] })
             });
             let hits: Vec<_> = hits.collect();

@@ -123,15 +123,16 @@ impl Setting<'_> {
             let most = shown.shapes.iter().map(|&shape| surfaces[shape].specular).max()?;
             Some((most, Caster::around(shown.bounds)))
         });
-        let (mut bodies, mut coats) = (Vec::new(), Vec::new());
+        let (mut bodies, mut coats, mut polished) = (Vec::new(), Vec::new(), Vec::new());
         for (specular, caster) in own.chain(instances) {
             match specular {
                 Specular::All => bodies.push(caster),
                 Specular::Coat => coats.push(caster),
+                Specular::Nearly => polished.push(caster),
                 Specular::Nothing => {}
             }
         }
-        let casters = Casters::new(bodies, coats);
+        let casters = Casters::new(bodies, coats, polished);
         let mut sources: Vec<Source> = lamps.iter().map(Lamp::source).collect();
         sources.extend(self.environment(&casters));
         Caustics::new(casters, Caster::around(self.bounds), sources, subpaths)
