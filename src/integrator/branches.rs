@@ -2,7 +2,7 @@
 //! first diffuse surface behind specular ones, into coat and base at the first surface.
 
 use super::observe::{Observe, Step};
-use super::path::{Path, ScatteredBy};
+use super::path::{Contested, Path, ScatteredBy};
 use super::weights::late_survival;
 use crate::bsdf::Scatter;
 use crate::material::Shading;
@@ -128,8 +128,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
             if let Some(ray) = path.scatter(scene, hit, shading, &stream, start..end) {
                 // Roulette ignores the weight: the path has split for the branch to be followed.
                 arriving += path.follow(scene, ray, wavelengths, &stream) * weight;
-                contested
-                    .extend(path.contested.iter().map(|&(light, from_light)| (light * weight, from_light)));
+                contested.extend(
+                    path.contested.iter().map(|found| Contested { light: found.light * weight, ..*found }),
+                );
             }
             start = end;
         }

@@ -41,6 +41,7 @@
 
 use super::light_subpaths::{Splat, Start, segment_to_lens};
 use super::contributions::receiver;
+use super::plan::Sharing;
 use super::weights::{late_survival, power_heuristic, scattering_weight};
 use crate::bsdf::Scatter;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
@@ -115,11 +116,12 @@ pub(super) fn factor_along(
 pub(super) fn light_subpath<'a, const C: usize>(
     scene: &'a Scene,
     caustics: &Caustics,
+    sharing: Sharing,
     start: &Start<C>,
     stream: &Stream,
     splat: &mut impl FnMut(Splat<'a, C>),
 ) {
-    let Some(subpath) = LightSubpath::begin(scene, caustics, start) else { return };
+    let Some(subpath) = LightSubpath::begin(scene, caustics, sharing, start) else { return };
     let mut branches = SmallVec::new();
     subpath.follow(scene, caustics, stream, &mut branches, splat);
     while let Some(branch) = branches.pop() {
@@ -175,7 +177,10 @@ fn splat_from<'a, const C: usize>(
     }
     let first = FirstSurface { point: hit.point, leaves, density: value.density.sum() / C as f64 };
     let by_camera = caustics.camera_factor(scene, &first, *time);
-    let from_light = subpath.origin.factor(scene, caustics, *time) * subpath.by_scattering.sqrt();
+    // What single directions decide is not shared.
+    let sharers = if subpath.last_discrete { 1 } else { subpath.sharing.pixels() };
+    let from_light =
+        subpath.origin.factor(scene, caustics, *time) * subpath.by_scattering.sqrt() / f64::from(sharers);
     let weight = power_heuristic(from_light * by_camera, 1.0);
     if weight == 0.0 {
         return None;
@@ -208,6 +213,10 @@ struct LightSubpath<const C: usize> {
     /// The weight of scattering beside light samples at the first surface, where it scatters in nearly single
     /// directions. 1 where no light sample can find the light.
     by_scattering: f64,
+    /// How camera paths share.
+    sharing: Sharing,
+    /// Whether the last surface has scattered it in a single direction.
+    last_discrete: bool,
     /// Number of surfaces before the next one.
     vertex: u32,
     /// The product of the weights of the branches that led to it.
@@ -238,7 +247,7 @@ impl Beginning {
 }
 
 impl<const C: usize> LightSubpath<C> {
-    fn begin(scene: &Scene, caustics: &Caustics, start: &Start<C>) -> Option<Self> {
+    fn begin(scene: &Scene, caustics: &Caustics, sharing: Sharing, start: &Start<C>) -> Option<Self> {
         let &Start { time, wavelengths, source, place, onward, body } = start;
         let (chosen, probability) = caustics.choose(source);
         let (ray, power, origin) = match chosen {
@@ -270,6 +279,8 @@ impl<const C: usize> LightSubpath<C> {
             initial_power: power.max(),
             origin,
             by_scattering: 1.0,
+            sharing,
+            last_discrete: false,
             vertex: 0,
             branch_weight: 1.0,
         })
@@ -429,6 +440,7 @@ impl<const C: usize> LightSubpath<C> {
             scene.pass_through(hit, leaves, &mut self.media);
         }
         self.ray = hit.point.ray(leaves);
+        self.last_discrete = scatter.density == Density::Discrete;
         self.vertex += 1;
         Some(())
     }

@@ -1,7 +1,7 @@
 //! What a path finds: light that surfaces emit, light from beyond the scene, and light samples.
 
 use super::observe::{Observe, Step, list};
-use super::path::{Beside, Path, PreviousSample};
+use super::path::{Beside, Competing, Contested, Path, PreviousSample};
 use super::caustics;
 use super::weights::{light_sample_weight, scattering_weight};
 use crate::bsdf::Evaluation;
@@ -27,15 +27,21 @@ pub(super) struct Prior<const C: usize> {
     pub segments: u32,
 }
 
+/// How light is contested; see [`Contested`].
+struct Contest {
+    from_light: f64,
+    by_light: f64,
+}
+
 impl<const C: usize, O: Observe> Path<C, O> {
     /// Light from beyond the scene, weighed against having been sampled.
     pub(super) fn escaped(&mut self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
         let hidden = self.camera_visible && scene.limits.hide_emitters;
         let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
-        let mut weight = self.weight_beside_lights(scene, |from| {
-            scene.lights.environment_density(from, ray.direction, self.time, wavelengths)
-        });
-        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
+        let by_light =
+            |from: &Receiver| scene.lights.environment_density(from, ray.direction, self.time, wavelengths);
+        let mut weight = self.weight_beside_lights(scene, by_light);
+        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, by_light, |caustics| {
             caustics.environment_factor(ray.direction, environment.density(ray.direction), ray.origin)
         });
         if weight == 0.0 {
@@ -62,10 +68,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
-        let mut weight = self.weight_beside_lights(scene, |from| {
-            scene.lights.density(&light_hit, from, self.time, wavelengths)
-        });
-        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
+        let by_light = |from: &Receiver| scene.lights.density(&light_hit, from, self.time, wavelengths);
+        let mut weight = self.weight_beside_lights(scene, by_light);
+        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, by_light, |caustics| {
             let area_ratio = scene.lights.area_ratio(light_hit.light, &hit.point, self.time);
             caustics.light_factor(light_hit.light, &hit.point, -ray.direction, area_ratio)
         });
@@ -80,19 +85,24 @@ impl<const C: usize, O: Observe> Path<C, O> {
     }
 
     /// Weighs light that the path has found against light subpaths that come the same way, by the light's
-    /// factor of the ratio of densities. That factor is returned where several surfaces share the path.
+    /// factor of the ratio of densities. `by_light`: the density with which light samples find it. Returns how
+    /// it is contested where several surfaces share the path.
     #[inline(always)]
     fn weigh_beside_light_subpaths(
         &self,
         scene: &Scene,
         weight: &mut f64,
+        by_light: impl FnOnce(&Receiver) -> f64,
         from_light: impl FnOnce(&Caustics) -> f64,
-    ) -> Option<f64> {
+    ) -> Option<Contest> {
         let caustics = scene.caustics()?;
-        let by_scattering = match &self.last {
-            PreviousSample::Discrete => 1.0,
-            PreviousSample::Scattered { .. } if self.nearly_specular => *weight,
-            PreviousSample::Camera | PreviousSample::Scattered { .. } => return None,
+        let by_scattering = match (&self.last, self.competing) {
+            (PreviousSample::Discrete, _) => 1.0,
+            (PreviousSample::Scattered { .. }, Competing::Yes) => *weight,
+            (PreviousSample::Scattered { from, .. }, Competing::Shared) => {
+                return Some(Contest { from_light: from_light(caustics), by_light: by_light(from) });
+            }
+            _ => return None,
         };
         self.weigh_beside_caustics(scene, caustics, weight, || from_light(caustics) * by_scattering.sqrt())
     }
@@ -105,14 +115,14 @@ impl<const C: usize, O: Observe> Path<C, O> {
         caustics: &Caustics,
         weight: &mut f64,
         ratio: impl FnOnce() -> f64,
-    ) -> Option<f64> {
+    ) -> Option<Contest> {
         match &self.beside_light_subpaths {
             Beside::Nothing => None,
             Beside::First(first) => {
                 *weight *= caustics.weight_beside(scene, first, ratio(), self.time);
                 None
             }
-            Beside::Shared => Some(ratio()),
+            Beside::Shared => Some(Contest { from_light: ratio(), by_light: 0.0 }),
         }
     }
 
@@ -129,13 +139,13 @@ impl<const C: usize, O: Observe> Path<C, O> {
 
     /// What the path has found, unless that is kept apart; see [`Beside::Shared`].
     #[inline(always)]
-    fn contest(&mut self, arriving: Sampled<C>, shared: Option<f64>) -> Sampled<C> {
+    fn contest(&mut self, light: Sampled<C>, shared: Option<Contest>) -> Sampled<C> {
         match shared {
-            Some(from_light) if from_light > 0.0 => {
-                self.contested.push((arriving, from_light));
+            Some(Contest { from_light, by_light }) if from_light > 0.0 => {
+                self.contested.push(Contested { light, from_light, by_light });
                 Sampled::ZERO
             }
-            _ => arriving,
+            _ => light,
         }
     }
 

@@ -1,6 +1,7 @@
 //! How light subpaths begin, and what they bring to the film: what [`super::caustics`] and
 //! [`super::visible_lamps`] have in common.
 
+use super::plan::Plan;
 use super::{caustics, visible_lamps};
 use crate::camera::Projected;
 use crate::geometry::{Ray, SurfacePoint};
@@ -44,10 +45,11 @@ impl<const C: usize> Start<C> {
     }
 }
 
-/// Traces a light subpath, and tells of what it brings to the film.
+/// Traces a light subpath beside camera paths of a plan, and tells of what it brings to the film.
 pub fn light_subpath<'a, const C: usize>(
     scene: &'a Scene,
     light_tracing: &LightTracing,
+    plan: Plan,
     stream: &Stream,
     splat: &mut impl FnMut(Splat<'a, C>),
 ) {
@@ -56,7 +58,7 @@ pub fn light_subpath<'a, const C: usize>(
         visible_lamps::splat(scene, visible_lamps, &start).map(&mut *splat);
     }
     if let Some(caustics) = &light_tracing.caustics {
-        caustics::light_subpath(scene, caustics, &start, stream, splat);
+        caustics::light_subpath(scene, caustics, plan.sharing, &start, stream, splat);
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
+use super::path::Contested;
 use super::plan::Sharing;
 use super::surfaces::{Evaluations, Surfaces};
 use super::weights::scattering_weight;
@@ -144,18 +145,34 @@ impl<'a, const C: usize> Firsts<'a, C> {
         Lit { from: self.receivers, time: turn.time, wavelengths, light: &turn.lamp_light, asked }
     }
 
+    /// Gives each first surface its part of light that light subpaths compete for.
+    pub fn give(
+        &self,
+        links: &Links<C>,
+        value: &Values<C>,
+        contested: &Contested<C>,
+        shared: &mut SampledLanes<C>,
+    ) {
+        let &Contested { light, from_light, by_light } = contested;
+        for lane in lanes_of(links.linked) {
+            let by_scattering = || value.density(lane).sum() / C as f64;
+            let by_scattering = scattering_weight(self.scene, || by_light, by_scattering);
+            let ratio = from_light * by_scattering.sqrt();
+            let weight = self.weight_beside_light_subpaths(links, lane, ratio);
+            let carried = links.reach.get(lane) * value.f_cos(lane) * light;
+            shared.set(lane, &(shared.get(lane) + carried * weight));
+        }
+    }
+
     /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.
-    pub fn weight_beside_light_subpaths(&self, links: &Links<C>, lane: usize, from_light: f64) -> f64 {
+    fn weight_beside_light_subpaths(&self, links: &Links<C>, lane: usize, from_light: f64) -> f64 {
         let Some(caustics) = self.scene.caustics() else { return 1.0 };
         let leaves = -links.toward_first(lane);
         let density = self.density_of_direction(lane, leaves) / C as f64;
-        let point = self.receivers.get(lane).point;
-        caustics.weight_beside(
-            self.scene,
-            &FirstSurface { point, leaves, density },
-            from_light,
-            self.turn.time,
-        )
+        let first = FirstSurface { point: self.receivers.get(lane).point, leaves, density };
+        // As many camera paths may find it as share.
+        let ratio = from_light / f64::from(self.sharing.pixels());
+        caustics.weight_beside(self.scene, &first, ratio, self.turn.time)
     }
 
     /// The weights of light that scattering found along the links, beside light samples that find it with a
@@ -450,6 +467,13 @@ impl<const C: usize> Values<C> {
         match self {
             Self::Same(value) => links.reach.add_times(&(value.f_cos * *light), shared),
             Self::Each(values) => links.reach.add_to(&values.f_cos, light, shared),
+        }
+    }
+
+    pub fn density(&self, lane: usize) -> Sampled<C> {
+        match self {
+            Self::Same(value) => value.density,
+            Self::Each(values) => values.density.get(lane),
         }
     }
 

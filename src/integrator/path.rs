@@ -52,12 +52,10 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     eta_scale: f64,
     /// What light subpaths that come this way compete with.
     pub(super) beside_light_subpaths: Beside,
-    /// Whether the last surface that scattered it did so in nearly single directions, and light subpaths may
-    /// come that way.
-    pub(super) nearly_specular: bool,
-    /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the
-    /// densities.
-    pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
+    /// Whether light subpaths may come from the last surface, too, though that scatters with a density.
+    pub(super) competing: Competing,
+    /// What the path has found while it is [`Beside::Shared`].
+    pub(super) contested: SmallVec<[Contested<C>; 1]>,
     pub(super) scattered_by: ScatteredBy,
     /// Whether all surfaces that have scattered it have no other directions: it is all of its sample, or a
     /// branch at glass.
@@ -87,6 +85,28 @@ pub(super) enum Beside {
     /// They reach several surfaces that share this path. What it finds is kept apart: each surface weighs it
     /// by itself.
     Shared,
+}
+
+/// Whether light subpaths may come from a surface that scatters with a density.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Competing {
+    /// It is not polished enough.
+    No,
+    Yes,
+    /// They may, and several first surfaces share it: each scatters there with a density of its own.
+    Shared,
+}
+
+/// Light that a path has found which several surfaces share, and that light subpaths compete for: each surface
+/// weighs it by itself.
+#[derive(Clone, Copy)]
+pub(super) struct Contested<const C: usize> {
+    pub light: Sampled<C>,
+    /// The light's factor of the ratio of densities.
+    pub from_light: f64,
+    /// Per steradian, the density with which light samples find it from the surface that is shared, where
+    /// that is [`Competing::Shared`]. 0 for all else.
+    pub by_light: f64,
 }
 
 /// What has scattered a path so far, but for null transmission.
@@ -173,14 +193,15 @@ pub(super) struct Parted<const C: usize> {
     pub last: PreviousSample<C>,
     pub media: Media,
     pub beside_light_subpaths: Beside,
+    pub competing: Competing,
     pub prior_throughput: f64,
 }
 
 impl<const C: usize> Path<C> {
     /// All surfaces that it has met have scattered it with a density.
     pub(super) fn parted(parted: Parted<C>) -> Self {
-        let Parted { time, depth, throughput, ratio, last, media, beside_light_subpaths, prior_throughput } =
-            parted;
+        let Parted { time, depth, throughput, ratio, last, media, .. } = parted;
+        let Parted { beside_light_subpaths, competing, prior_throughput, .. } = parted;
         Self {
             time,
             depth,
@@ -191,7 +212,7 @@ impl<const C: usize> Path<C> {
             media,
             eta_scale: 1.0,
             beside_light_subpaths,
-            nearly_specular: false,
+            competing,
             contested: SmallVec::new(),
             scattered_by: ScatteredBy::Any,
             through_discrete: false,
@@ -222,7 +243,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             media: scene.media_at_sensor(ray, time),
             eta_scale: 1.0,
             beside_light_subpaths: Beside::Nothing,
-            nearly_specular: false,
+            competing: Competing::No,
             contested: SmallVec::new(),
             scattered_by: ScatteredBy::Nothing,
             through_discrete: true,
@@ -470,7 +491,10 @@ impl<const C: usize, O: Observe> Path<C, O> {
         shading: &Shading<C>,
         scatter: &Scatter<C>,
     ) {
-        self.nearly_specular = self.competes_from(scene, hit, shading);
+        self.competing = match self.competes_from(scene, hit, shading) {
+            true => Competing::Yes,
+            false => Competing::No,
+        };
         match scatter.density {
             // Light subpaths end there, and are seen from the camera as the path is.
             Density::PerSolidAngle(hero) if self.vertex == 0 && !shading.bsdf.transmits() => {

@@ -25,6 +25,7 @@ use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
 use super::links::{Firsts, Links, Next, Spare, Values};
 use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
+use super::path::Contested;
 use super::weights::light_sample_weight;
 use crate::accel::Rays;
 use crate::camera::LitPoint;
@@ -287,9 +288,7 @@ fn meet_next<'a, const C: usize>(
         bundle.shade(surfaces);
         for lane in lanes_of(surfaces.others & bundle.alive) {
             let is_turning = surfaces.shading(lane).is_some_and(|shading| shading.turns_with_eye());
-            let is_private =
-                is_turning || !surfaces.shares(lane) || bundle.competes_from(&surfaces.hits, lane);
-            if is_last || is_private {
+            if is_last || is_turning || !surfaces.shares(lane) {
                 let (light, _) = bundle.go_on_alone(surfaces, lane);
                 bundle.arrives(lane, light);
             }
@@ -488,7 +487,13 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         for (owner, value) in values {
             let light = arriving.get(owner);
             if !light.is_zero() {
-                value.give(&self.links[owner], &light, &mut self.shared);
+                match bundle.contest_of_sample(surfaces, owner, samples) {
+                    Some((from_light, by_light)) => {
+                        let contested = Contested { light, from_light, by_light };
+                        self.firsts.give(&self.links[owner], &value, &contested, &mut self.shared);
+                    }
+                    None => value.give(&self.links[owner], &light, &mut self.shared),
+                }
                 told(owner, &self.shared);
             }
             value.end(spare);
@@ -505,6 +510,8 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         spare: &mut Spare<C>,
     ) {
         let u = bundle.draw(Dimensions::Scattering(bundle.depth));
+        let competes = |&owner: &usize| bundle.competes_from(&surfaces.hits, owner);
+        let competing = mask_of(lanes_of(bundle.alive).filter(competes));
         let scatters = surfaces.sample(&u, bundle.alive);
         bundle.end_absorbed(&scatters);
         for (lane, scatter) in &scatters.apart {
@@ -513,6 +520,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         }
         bundle.leave(surfaces, &scatters);
         bundle.is_shared = true;
+        bundle.competing = competing;
         bundle.throughput = SampledLanes::ONE;
         for &(owner, prior) in priors.iter().filter(|(owner, _)| scatters.spread >> owner & 1 == 1) {
             let links = &self.links[owner];
@@ -551,13 +559,11 @@ impl<'a, const C: usize> SharedSample<'a, C> {
                 value.give(links, &(light / density), &mut self.shared);
             }
             let is_own =
-                |contested: &&(usize, usize, Sampled<C>, f64)| (contested.0, contested.1) == (number, owner);
-            for (_, _, light, from_light) in found.contested.iter().filter(is_own) {
-                for lane in lanes_of(links.linked) {
-                    let carried = links.reach.get(lane) * value.f_cos(lane) / density;
-                    let weight = self.firsts.weight_beside_light_subpaths(links, lane, *from_light);
-                    self.shared.set(lane, &(self.shared.get(lane) + carried * *light * weight));
-                }
+                |contested: &&(usize, usize, Contested<C>)| (contested.0, contested.1) == (number, owner);
+            for (_, _, contested) in found.contested.iter().filter(is_own) {
+                let light = contested.light / density;
+                let contested = Contested { light, ..*contested };
+                self.firsts.give(links, &value, &contested, &mut self.shared);
             }
             told(owner, &self.shared);
             value.end(spare);

@@ -51,6 +51,11 @@ impl Caster {
         Self { radius: radius.map_or(around.radius, |radius| radius * Self::RESERVE), ..around }
     }
 
+    /// The sphere's.
+    pub fn centre(&self) -> Vec3 {
+        self.centre
+    }
+
     /// As seen from afar.
     fn cross_section(&self) -> f64 {
         PI * self.radius * self.radius

@@ -101,7 +101,7 @@ impl<'a> LightPass<'a> {
     }
 
     fn chunk<const C: usize>(&self, replicate: u32, range: Range<u64>, bad: &mut BadValues) -> Vec<Splatted> {
-        let Exposure { scene, seed, light_scale, .. } = *self.exposure;
+        let Exposure { scene, seed, light_scale, plan, .. } = *self.exposure;
         let Self { filter, .. } = self;
         let mut sums = self.exposure.extras.tile([0, 0], [1, 1], 0..1);
         let mut exposed = Vec::new();
@@ -113,7 +113,7 @@ impl<'a> LightPass<'a> {
             let (sequence, within) = ((index >> 32) as u32, index as u32);
             let stream = self.sampler.stream([NO_PIXEL, sequence], net, within);
             let mut of_path = mix(seed ^ mix(index ^ u64::from(net) << 48));
-            integrator::light_subpath::<C>(scene, self.light_tracing, &stream, &mut |splat| {
+            integrator::light_subpath::<C>(scene, self.light_tracing, plan, &stream, &mut |splat| {
                 let Splat { film: place, mut radiance, wavelengths, response } = splat;
                 if let Some(response) = response {
                     radiance *= response.sample(&wavelengths.nm);

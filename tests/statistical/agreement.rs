@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 29] = [
+const CASES: [Case; 30] = [
     Case { name: "diffuse", samples: 512, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.02 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -51,6 +51,7 @@ const CASES: [Case; 29] = [
     Case { name: "quadrics", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.07 },
     Case { name: "solids", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.1 },
     Case { name: "caustics", samples: 768, walk_samples: 24_576, walk_block: 1, sees: 0.07 },
+    Case { name: "polish", samples: 1024, walk_samples: 32_768, walk_block: 2, sees: 0.08 },
     Case { name: "visible_lamps", samples: 512, walk_samples: 24_576, walk_block: 1, sees: 0.07 },
     Case { name: "skylight", samples: 512, walk_samples: 8192, walk_block: 1, sees: 0.07 },
     Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
@@ -247,6 +248,13 @@ fn caustics() {
     agrees("caustics");
     let case = case("caustics");
     assert!(load(case, "path").features().caustics && !load(case, "walk").features().caustics);
+}
+
+/// Light subpaths, light samples and scattering find what polished metals send on, and each weighs the others.
+#[test]
+fn polish() {
+    agrees("polish");
+    assert!(load(case("polish"), "path").features().caustics);
 }
 
 /// Lamps that a lens spreads, and one of less than a pixel, are found from their own side.

@@ -1,6 +1,6 @@
 //! Paths that leave a bundle: [`Path`] follows them to their ends.
 
-use super::super::path::{Beside, Parted, Path, PreviousSample};
+use super::super::path::{Beside, Competing, Parted, Path, PreviousSample};
 use super::super::surfaces::Surfaces;
 use super::{Bundle, Source};
 use crate::bsdf::Scatter;
@@ -27,6 +27,7 @@ impl<const C: usize> Bundle<'_, C> {
             Some(_) if self.is_shared => Beside::Shared,
             Some(first) => Beside::First(*first),
         };
+        let competing = self.is_shared && self.competing >> lane & 1 == 1;
         Path::parted(Parted {
             time: self.time,
             depth: self.depth,
@@ -39,6 +40,7 @@ impl<const C: usize> Bundle<'_, C> {
             },
             media: self.media(lane).into_owned(),
             beside_light_subpaths: beside,
+            competing: if competing { Competing::Shared } else { Competing::No },
             prior_throughput: get(&self.prior_throughput, lane),
         })
     }
@@ -117,9 +119,9 @@ impl<const C: usize> Bundle<'_, C> {
         light
     }
 
-    fn keep_contested(&mut self, lane: usize, path: &mut Path<C>) {
+    pub(super) fn keep_contested(&mut self, lane: usize, path: &mut Path<C>) {
         let Source { number, lane, .. } = self.sources[lane];
         let contested = std::mem::take(&mut path.contested);
-        self.contested.extend(contested.into_iter().map(|(light, part)| (number, lane, light, part)));
+        self.contested.extend(contested.into_iter().map(|found| (number, lane, found)));
     }
 }

@@ -11,7 +11,8 @@ mod turn;
 pub(super) use pool::{Found, follow};
 pub(super) use turn::{Each, Turn};
 
-use super::caustics::FirstSurface;
+use super::caustics::{self, FirstSurface};
+use super::path::Contested;
 use super::contributions::{crossings, media_beyond};
 use super::surfaces::{Scatters, Surfaces};
 use super::weights::{late_survival, light_sample_weights, roulette_survival, scattering_weight};
@@ -24,7 +25,7 @@ use crate::lanes::{
 use crate::light::{LampLight, LightSamples, Lit, Receivers};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
-use crate::sampling::{Dimensions, Stream};
+use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Intersection, Intersections, PathEnd, RayKind, Scene, Side, Techniques};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use std::borrow::Cow;
@@ -69,9 +70,11 @@ pub(super) struct Bundle<'a, const C: usize> {
     lamp_light: LampLight<C>,
     /// Light that has come along the rays, weighed by all that was before.
     pub arriving: SampledLanes<C>,
-    /// What paths that have left the bundle have found that light subpaths compete for: the light, and its
-    /// part in the ratio of the densities, by the number of the turn and the lane there.
-    pub contested: Vec<(usize, usize, Sampled<C>, f64)>,
+    /// Lanes whose last surface is shared and [`Competing::Shared`].
+    pub competing: Mask,
+    /// What the paths have found that light subpaths compete for, by the number of the turn and the lane
+    /// there.
+    pub contested: Vec<(usize, usize, Contested<C>)>,
 }
 
 impl<'a, const C: usize> Bundle<'a, C> {
@@ -102,6 +105,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             firsts: Vec::new(),
             lamp_light: turn.lamp_light.clone(),
             arriving: SampledLanes::ZERO,
+            competing: 0,
             contested: Vec::new(),
         };
         if !bundle.is_plain {
@@ -220,11 +224,16 @@ impl<'a, const C: usize> Bundle<'a, C> {
         if gone == 0 {
             return;
         }
-        if environment.is_sampled() && scene.limits.techniques != Techniques::Both {
-            for lane in lanes_of(gone) {
-                let light = self.path(lane).escaped(scene, &self.rays.get(lane), self.wavelengths(lane));
-                self.arrives(lane, light);
-            }
+        let of_all = environment.is_sampled() && scene.limits.techniques != Techniques::Both;
+        let apart = if of_all { gone } else { gone & self.competing };
+        for lane in lanes_of(apart) {
+            let mut path = self.path(lane);
+            let light = path.escaped(scene, &self.rays.get(lane), self.wavelengths(lane));
+            self.arrives(lane, light);
+            self.keep_contested(lane, &mut path);
+        }
+        let gone = gone & !apart;
+        if gone == 0 {
             return;
         }
         let seen = environment.seen_in_lanes(&self.rays.direction, gone, |lane| self.wavelengths(lane));
@@ -261,8 +270,10 @@ impl<'a, const C: usize> Bundle<'a, C> {
     pub fn emit(&mut self, hits: &Intersections) {
         for lane in lanes_of(hits.on_light & self.alive) {
             let (hit, ray) = (hits.get(self.scene, lane), self.rays.get(lane));
-            let light = self.path(lane).emitted(self.scene, &ray, &hit, self.wavelengths(lane));
+            let mut path = self.path(lane);
+            let light = path.emitted(self.scene, &ray, &hit, self.wavelengths(lane));
             self.arrives(lane, light);
+            self.keep_contested(lane, &mut path);
         }
     }
 
@@ -308,8 +319,28 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.alive &= !absorbed;
     }
 
-    /// Whether what the surface of a lane scatters is weighed against light subpaths, so that its path goes on
-    /// alone; see [`super::path::Path::competes_from`].
+    /// How light subpaths compete for what a light sample brings to the surface of a lane: the light's factor
+    /// of the ratio of densities, and the density of the sample per steradian. `None` where they do not.
+    pub fn contest_of_sample(
+        &self,
+        surfaces: &Surfaces<C>,
+        lane: usize,
+        samples: &LightSamples<C>,
+    ) -> Option<(f64, f64)> {
+        let (Density::PerSolidAngle(by_light), true) =
+            (samples.density_of(lane), self.competes_from(&surfaces.hits, lane))
+        else {
+            return None;
+        };
+        let point = surfaces.hits.point[lane / WIDTH].get(lane);
+        let ray = point.ray(samples.rays.get(lane).direction);
+        let from_light =
+            caustics::factor_along(self.scene, self.scene.caustics()?, &ray, self.time, &self.media(lane));
+        Some((from_light, by_light))
+    }
+
+    /// Whether what the surface of a lane scatters is weighed against light subpaths; see [`super::path::Path::competes_from`].
+    /// Where paths are not shared, they go on alone.
     pub fn competes_from(&self, hits: &Intersections, lane: usize) -> bool {
         self.scene.features().caustics && self.depth > 0 && self.scene.is_nearly_specular_in_lane(hits, lane)
     }
@@ -439,6 +470,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         }
         self.depth += 1;
         self.alive = scatters.spread;
+        self.competing = 0;
     }
 
     /// The path of a lane has just been scattered to the other side: see [`super::path::Path::leave`].

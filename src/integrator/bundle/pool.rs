@@ -1,6 +1,7 @@
 //! Suffixes of the paths of several samples of a group, followed together: as paths end, those that go on are
 //! moved into fewer bundles.
 
+use super::super::path::Contested;
 use super::{Bundle, Scratch, Source};
 use crate::lanes::{ALL, LANES, Mask, WIDTH, get, lanes_of, set};
 use crate::light::Receiver;
@@ -11,7 +12,7 @@ pub(in crate::integrator) struct Found<const C: usize> {
     /// By the number of the sample.
     pub arriving: Vec<SampledLanes<C>>,
     /// See [`Bundle::contested`].
-    pub contested: Vec<(usize, usize, Sampled<C>, f64)>,
+    pub contested: Vec<(usize, usize, Contested<C>)>,
 }
 
 /// Follows paths to their ends. All bundles that have any have come as far as one another.
@@ -117,5 +118,6 @@ impl<const C: usize> Bundle<'_, C> {
         }
         self.alive |= 1 << lane;
         other.alive &= !(1 << from);
+        self.competing = self.competing & !(1 << lane) | (other.competing >> from & 1) << lane;
     }
 }

@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::film::Extent;
 use crate::geometry::{Bounds, Transform};
 use crate::light::{
-    Caster, Casters, Caustics, Light, LightTracing, Lights, Origin, Source, Subpaths, VisibleLamps,
+    Caster, Casters, Caustics, Environment, Light, LightTracing, Lights, Origin, Source, Subpaths, VisibleLamps,
 };
 use crate::medium::{Body, Filling};
 use crate::scene::scene::Surface;
@@ -18,6 +18,10 @@ use std::f64::consts::PI;
 
 /// The [`crate::light::Environment::unevenness`] from which on light subpaths begin beyond the scene.
 const WORTH_TRACING: f64 = 4.0;
+
+/// The solid angle, in steradians, up to which a source of light is small: chance seldom finds its image in
+/// polished metal.
+const SMALL: f64 = 0.1;
 
 /// A lamp is found on light subpaths where it covers so many times as many pixels as in focus: one in so many
 /// camera rays of these pixels meets it.
@@ -40,6 +44,11 @@ struct Lamp {
 impl Lamp {
     fn source(&self) -> Source {
         Source { origin: self.origin, power: self.area * self.radiance }
+    }
+
+    /// About the solid angle that it fills for a caster.
+    fn solid_angle_at(&self, caster: &Caster) -> f64 {
+        self.area / self.bounds.centre().distance_squared(caster.centre())
     }
 }
 
@@ -130,6 +139,27 @@ impl Setting<'_> {
                 Specular::Coat => coats.push(caster),
                 Specular::Nearly => polished.push(caster),
                 Specular::Nothing => {}
+            }
+        }
+        let most_light_is_from_small = |polished: &[Caster]| {
+            let casters = Casters::new(Vec::new(), Vec::new(), polished.to_vec());
+            let small = |power: f64, angle: f64| if angle < SMALL { power } else { 0.0 };
+            let (mut of_small, mut all) = (0.0, 0.0);
+            for lamp in lamps {
+                let angle = polished.iter().map(|caster| lamp.solid_angle_at(caster)).sum::<f64>();
+                let power = lamp.source().power;
+                (of_small, all) = (of_small + small(power, angle / polished.len() as f64), all + power);
+            }
+            if let Some(Source { power, .. }) = self.environment(&casters) {
+                let unevenness = self.lights.environment().map_or(1.0, Environment::unevenness);
+                (of_small, all) = (of_small + small(power, 4.0 * PI / unevenness), all + power);
+            }
+            of_small > 0.5 * all
+        };
+        if !most_light_is_from_small(&polished) {
+            polished.clear();
+            for surface in surfaces.iter_mut().filter(|surface| surface.specular == Specular::Nearly) {
+                surface.specular = Specular::Nothing;
             }
         }
         let casters = Casters::new(bodies, coats, polished);
