@@ -14,7 +14,9 @@ use std::fmt;
 pub struct Motion {
     /// Intervals between keyframes: at least one, in the order of time.
     intervals: Vec<KeyframeInterval>,
-    /// What local coordinates are relative to, in those of the keys.
+    /// What is done to local coordinates first, if anything.
+    before: Option<DMat3>,
+    /// What local coordinates are then relative to, in those of the keys.
     pivot: Vec3,
 }
 
@@ -110,14 +112,31 @@ impl Motion {
         if intervals.is_empty() {
             intervals.push(KeyframeInterval::between(&last.1, &last.1, last.0, 0.0));
         }
-        Ok(Self { intervals, pivot: Vec3::ZERO })
+        Ok(Self { intervals, before: None, pivot: Vec3::ZERO })
+    }
+
+    /// The same motion of a body whose coordinates `to_keys` takes to those that it had. The way between two
+    /// keys stays the same, which a motion by keys that hold `to_keys` would not have.
+    #[must_use]
+    pub fn carrying(mut self, to_keys: &Transform) -> Self {
+        if *to_keys == Transform::IDENTITY {
+            return self;
+        }
+        let Pose { origin, linear, .. } = Pose::new(to_keys);
+        self.pivot += self.done_before(origin);
+        self.before = Some(self.before.map_or(linear, |before| before * linear));
+        self
+    }
+
+    fn done_before(&self, local: Vec3) -> Vec3 {
+        self.before.map_or(local, |before| before * local)
     }
 
     /// The same motion of a body whose coordinates are relative to `pivot`, in a world that is moved by
     /// `shift`.
     #[must_use]
     pub fn recentred(mut self, pivot: Vec3, shift: Vec3) -> Self {
-        self.pivot += pivot;
+        self.pivot += self.done_before(pivot);
         self.intervals.iter_mut().for_each(|interval| interval.position += shift);
         self
     }
@@ -126,7 +145,7 @@ impl Motion {
     pub fn at(&self, time: f64) -> Pose {
         let after = self.intervals.partition_point(|interval| interval.start <= time);
         let interval = &self.intervals[after.saturating_sub(1)];
-        interval.at(((time - interval.start) * interval.rate).clamp(0.0, 1.0), self.pivot)
+        self.pose(interval, ((time - interval.start) * interval.rate).clamp(0.0, 1.0))
     }
 
     /// A box around all of a body that fills a box in its own coordinates, from one time to another.
@@ -140,25 +159,73 @@ impl Motion {
             let from = if index == 0 { f64::NEG_INFINITY } else { interval.start };
             let end = if index == last { f64::INFINITY } else { self.intervals[index + 1].start };
             let overlaps = during[0] <= end && during[1] >= from;
-            overlaps.then(|| interval.bounds(body, self.pivot, [fraction(during[0]), fraction(during[1])]))
+            overlaps.then(|| self.bounds_within(interval, body, [fraction(during[0]), fraction(during[1])]))
         });
         Bounds::of_all(parts)
+    }
+
+    /// The pose at a fraction of an interval.
+    fn pose(&self, interval: &KeyframeInterval, fraction: f64) -> Pose {
+        let pose = interval.at(fraction, self.pivot);
+        let Some(before) = self.before else { return pose };
+        let linear = pose.linear * before;
+        Pose { linear, inverse: linear.inverse(), ..pose }
+    }
+
+    /// Without rotation each point moves on a straight line. With it, a point strays from the chord of a
+    /// piece of h of the way by at most h²/8 times its greatest acceleration, θ²|S c| + 2θ|S' c|.
+    fn bounds_within(&self, interval: &KeyframeInterval, body: Bounds, [from, to]: [f64; 2]) -> Bounds {
+        let KeyframeInterval { scale, growth, angle, .. } = *interval;
+        let pieces = ((to - from) * angle / (PI / 32.0)).ceil().max(1.0) as usize;
+        let piece = (to - from) / pieces as f64;
+        let stray = |corner: Vec3| {
+            let corner = self.done_before(corner) + self.pivot;
+            let reach = (scale * corner).length().max(((scale + growth) * corner).length());
+            let acceleration = angle * (angle * reach + 2.0 * (growth * corner).length());
+            Vec3::splat(piece * piece / 8.0 * acceleration)
+        };
+        let poses: Vec<Pose> = (0..=pieces).map(|i| self.pose(interval, from + piece * i as f64)).collect();
+        Bounds::of_all(body.corners().map(|corner| {
+            let path = Bounds::of(poses.iter().map(|pose| pose.world_point(corner)));
+            Bounds { min: path.min - stray(corner), max: path.max + stray(corner) }
+        }))
+    }
+
+    /// The linear parts of the map at both ends of an interval, but for the rotation.
+    fn stretches(&self, interval: &KeyframeInterval) -> [DMat3; 2] {
+        let ends = [interval.scale, interval.scale + interval.growth];
+        self.before.map_or(ends, |before| ends.map(|end| end * before))
     }
 
     /// See [`Pose::spread`]: a bound on it at any time.
     ///
     /// An element of |L| is at most the largest stretch σ, one of |L⁻¹| at most 1 over the smallest; three of
-    /// them add up in each of the products. The smallest stretch between two keys is not below the smaller of
-    /// theirs.
+    /// them add up in each of the products. The largest stretch between two keys is not above the larger of
+    /// theirs. The smallest is not below the smaller of theirs where their stretches are symmetric, or
+    /// multiples of one another. Where something is done before, it is not below the product of its smallest
+    /// and theirs.
     fn spread(&self) -> DMat3 {
-        let largest = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
-        let ends = self.intervals.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
-        let (stretch, squeeze) = ends.fold((0.0_f64, 0.0_f64), |(a, b), scale| {
-            (a.max(largest(scale)), b.max(largest(scale.inverse())))
-        });
+        let least =
+            |ends: [DMat3; 2]| ends.map(|end| frobenius(end.inverse())).into_iter().fold(0.0, f64::max);
+        let (mut stretch, mut squeeze) = (0.0_f64, 0.0_f64);
+        for interval in &self.intervals {
+            let ends = self.stretches(interval);
+            stretch = ends.map(frobenius).into_iter().fold(stretch, f64::max);
+            squeeze = squeeze.max(match self.before {
+                Some(before) if !interval.grows_alike() => {
+                    frobenius(before.inverse()) * least([interval.scale, interval.scale + interval.growth])
+                }
+                _ => least(ends),
+            });
+        }
         let element = 27.0 * (stretch * squeeze).powi(2);
         DMat3::from_cols_array(&[element; 9])
     }
+}
+
+/// The root of the sum of the squares of all elements: at least the largest stretch.
+fn frobenius(m: DMat3) -> f64 {
+    m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 impl KeyframeInterval {
@@ -190,22 +257,11 @@ impl KeyframeInterval {
         Pose { origin, linear, inverse: linear.inverse() }
     }
 
-    /// Without rotation each point moves on a straight line. With it, a point strays from the chord of a
-    /// piece of h of the way by at most h²/8 times its greatest acceleration, θ²|S c| + 2θ|S' c|.
-    fn bounds(&self, body: Bounds, pivot: Vec3, [from, to]: [f64; 2]) -> Bounds {
-        let pieces = ((to - from) * self.angle / (PI / 32.0)).ceil().max(1.0) as usize;
-        let piece = (to - from) / pieces as f64;
-        let stray = |corner: Vec3| {
-            let corner = corner + pivot;
-            let reach = (self.scale * corner).length().max(((self.scale + self.growth) * corner).length());
-            let acceleration = self.angle * (self.angle * reach + 2.0 * (self.growth * corner).length());
-            Vec3::splat(piece * piece / 8.0 * acceleration)
-        };
-        let poses: Vec<Pose> = (0..=pieces).map(|i| self.at(from + piece * i as f64, pivot)).collect();
-        Bounds::of_all(body.corners().map(|corner| {
-            let path = Bounds::of(poses.iter().map(|pose| pose.world_point(corner)));
-            Bounds { min: path.min - stray(corner), max: path.max + stray(corner) }
-        }))
+    /// Whether the stretches of both keys are multiples of one another, as far as that makes a difference.
+    fn grows_alike(&self) -> bool {
+        let factor = frobenius(self.scale + self.growth) / frobenius(self.scale);
+        let off = self.scale + self.growth - self.scale * factor;
+        frobenius(off) * frobenius(self.scale.inverse()) < 1e-3 * factor
     }
 }
 
@@ -246,11 +302,10 @@ impl Placed {
 
     /// By how much lengths are stretched at most: a bound, at any time.
     pub fn largest_stretch(&self) -> f64 {
-        let frobenius = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
         match &self.place {
             PoseOverTime::Still(pose) => frobenius(pose.linear),
             PoseOverTime::Moving(motion) => {
-                let ends = motion.intervals.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
+                let ends = motion.intervals.iter().flat_map(|interval| motion.stretches(interval));
                 ends.map(frobenius).fold(0.0, f64::max)
             }
         }
@@ -319,6 +374,42 @@ mod tests {
             assert!((pose.world_point(point) - world).length() < 1e-13, "{time}");
             assert!((pose.local_point(world) - point).length() < 1e-12, "{time}");
         }
+    }
+
+    /// What is done first leaves the way between keys as it is, and is bounded with it.
+    #[test]
+    fn what_is_done_before_is_carried_along() {
+        let scale = Vec3::new(1.0, 2.0, -0.5);
+        let keys = [
+            (0.0, turned(10.0, scale, Vec3::X)),
+            (1.0, turned(130.0, Vec3::new(3.0, 1.0, -2.0), Vec3::new(1.0, 4.0, 0.0))),
+        ];
+        let before = turned(70.0, Vec3::new(2.0, 0.5, -1.0), Vec3::new(0.3, 0.1, -7.0));
+        let (plain, middle, shift) = (Motion::new(&keys).unwrap(), Vec3::new(5.0, 1.0, 2.0), Vec3::Z);
+        let motion = plain.clone().carrying(&before).recentred(middle, shift);
+        let body = Bounds { min: Vec3::new(-1.0, -0.5, 0.0), max: Vec3::new(2.0, 0.5, 0.1) };
+        let (bounds, placed) = (motion.bounds(body, [0.2, 0.9]), Placed::moving(motion.clone()).unwrap());
+        let largest = placed.largest_stretch();
+        for time in (0..=70).map(|i| 0.2 + 0.01 * f64::from(i)) {
+            let (pose, expected) = (motion.at(time), plain.at(time));
+            for corner in body.corners() {
+                let world = expected.world_point(before.point(corner + middle)) + shift;
+                assert!((pose.world_point(corner) - world).length() < 1e-12, "{time}");
+                assert!((pose.local_point(world) - corner).length() < 1e-11, "{time}");
+                assert!((world.clamp(bounds.min - 1e-12, bounds.max + 1e-12) - world).length() == 0.0);
+            }
+            assert!(Vec3::AXES.iter().all(|&axis| pose.world_vector(axis).length() <= largest));
+            let spread = pose.spread();
+            let bound = motion.spread().x_axis.x;
+            assert!(spread.to_cols_array().iter().all(|&element| element <= bound), "{spread} over {bound}");
+        }
+        // Undone, it leaves no more than rounding, however far it stretched.
+        let far = turned(33.0, Vec3::new(1e-5, 1.0, 1e5), Vec3::splat(1e6));
+        let motion = Motion::new(&[(0.0, far), (1.0, far)]).unwrap();
+        let linear = transform(DMat4::from_mat3(motion.at(0.0).linear));
+        let motion = motion.carrying(&linear.inverse());
+        assert!((motion.at(0.5).linear - DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-5));
+        assert!(motion.spread().x_axis.x < 300.0, "{}", motion.spread());
     }
 
     #[test]

@@ -22,6 +22,7 @@ mod json;
 mod lenses;
 mod long;
 mod models;
+mod moving;
 mod photons;
 mod pilots;
 mod reader;

@@ -6,6 +6,7 @@ use crate::shape::{
     self, Curves, Cylinder, Disk, FARTHEST, GridShape, HeightField, Mesh, MeshData, Patches,
     ProfileOrImplicit, Quadric, SdfGrid, ShapeError, Sphere, SweptSphere, Torus, compute_vertex_normals,
 };
+use glam::DMat3;
 
 /// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to
 /// single precision.
@@ -69,6 +70,33 @@ pub(in crate::scene) fn place(
 /// The same, unless no tree could hold it.
 pub(super) fn within_reach(shape: shape::Shape) -> Result<shape::Shape, ShapeError> {
     if shape.bounds().reach() <= FARTHEST { Ok(shape) } else { Err(ShapeError::Far) }
+}
+
+/// Whether it is not the same to place a shape by a transform and to carry a placed shape by it: whether
+/// [`place`] makes more of the transform than images of points.
+pub(super) fn depends_on(shape: &ShapeDescription, transform: &Transform) -> bool {
+    match &shape.kind {
+        // Turned inside out.
+        ShapeKind::Sphere { .. } => transform.mirrors(),
+        // So is a mesh without normals. Computed normals weigh triangles by their angles.
+        ShapeKind::Mesh { mesh, compute_normals, .. } => {
+            let stretches = || *compute_normals && transform.uniform_scale().is_none();
+            mesh.normals.is_none() && (transform.mirrors() || stretches())
+        }
+        // Radii stay, and u begins where it is up.
+        ShapeKind::Curves { solid: false, .. } => DMat3::from_mat4(transform.matrix()) != DMat3::IDENTITY,
+        ShapeKind::Curves { solid: true, .. }
+        | ShapeKind::Disk
+        | ShapeKind::Cylinder { .. }
+        | ShapeKind::Quadric { .. }
+        | ShapeKind::Torus { .. }
+        | ShapeKind::Distances { .. }
+        | ShapeKind::Heights { .. }
+        | ShapeKind::ProfileOrImplicit(_)
+        | ShapeKind::Patches { .. }
+        | ShapeKind::Rectangle
+        | ShapeKind::Cube => false,
+    }
 }
 
 /// The box around a shape; empty where it cannot be made.

@@ -1,6 +1,7 @@
 //! Solids of a description, taken apart into their leaves.
 
-use super::groups::{Keys, Piece};
+use super::groups::{Keys, Piece, placing};
+use super::shapes;
 use crate::geometry::{Bounds, Transform};
 use crate::scene::description::{Part, ShapeDescription, Solid};
 use crate::shape::solid::{Operation, Tree};
@@ -27,6 +28,7 @@ struct Above {
     to_group: Transform,
     keys: Option<Keys>,
     subtracted: bool,
+    shutter: [f64; 2],
 }
 
 impl Plan {
@@ -64,10 +66,9 @@ impl Plan {
 }
 
 impl<'a> Flat<'a> {
-    /// Adds a solid. Its own motion, if it has one, is that of the group.
-    pub fn add(&mut self, solid: &'a Solid) {
-        let to_group = if solid.motion.is_some() { Transform::IDENTITY } else { solid.to_world };
-        let above = Above { to_group, keys: None, subtracted: false };
+    /// Adds a solid that `to_group` places. Its own motion, if it has one, is that of the group.
+    pub fn add(&mut self, solid: &'a Solid, to_group: Transform, shutter: [f64; 2]) {
+        let above = Above { to_group, keys: None, subtracted: false, shutter };
         self.split(solid, &above);
     }
 
@@ -127,13 +128,16 @@ impl Above {
     fn with(&self, solid: &Solid) -> Self {
         let keys = solid.motion.as_ref().map(|motion| &motion.keys);
         let (to_group, keys) = self.placed(&solid.to_world, keys);
-        Self { to_group, keys, subtracted: self.subtracted }
+        Self { to_group, keys, ..*self }
     }
 
     fn piece<'a>(&self, shape: &'a ShapeDescription) -> Piece<'a> {
         let keys = shape.motion.as_ref().map(|motion| &motion.keys);
         let (to_group, keys) = self.placed(&shape.to_world, keys);
-        Piece { shape, to_group, part: true, subtracted: self.subtracted, keys }
+        let depends = |transform: &Transform| shapes::depends_on(shape, transform);
+        let placed = keys.as_ref().map_or(Transform::IDENTITY, |keys| placing(keys, self.shutter, depends));
+        let (to_group, to_keys) = (to_group.then(&placed), placed.inverse());
+        Piece { shape, to_group, part: true, subtracted: self.subtracted, keys, to_keys }
     }
 
     /// What is above does not move where something below does. To turn, move and scale all of a motion alike

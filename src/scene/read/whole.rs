@@ -34,14 +34,13 @@ fn check_light_tracing(reader: &Reader, shapes: &[&ShapeDescription]) {
         reader.assumption(&tracer.plugin_place, text.to_owned());
     }
     if let Some(light) = reader.tree.objects.iter().find(|object| object.plugin == "directionalarea") {
-        let problem =
-            "\"ptracer\" shows the light of a \"directionalarea\", which no path from the camera finds";
-        let error = SceneError::at(
-            &light.place,
-            problem,
-            "expected another light, or \"path\", which leaves it dark",
-        );
-        reader.error(error.with_remedy("a distant spot or projector has nearly parallel light"));
+        let problem = "\"ptracer\" with a \"directionalarea\" is refused: no path from the camera finds its \
+                       light, which Mitsuba 3's ptracer shows";
+        let error = SceneError::at(&light.place, problem, "expected another light");
+        reader.error(error.with_remedy(
+            "take a distant `spot` or `projector`, whose light is nearly parallel, or \"path\", which leaves \
+             this light dark in Mitsuba 3, too",
+        ));
     }
 }
 

@@ -1,6 +1,6 @@
 //! From a description to groups.
 
-use super::{Group, Groups, Instance, Piece, centre, lamps};
+use super::{Group, Groups, Instance, Keys, Piece, centre, lamps, placing};
 use crate::geometry::{Bounds, Transform};
 use crate::scene::compile::shapes;
 use crate::scene::compile::solids::Flat;
@@ -65,14 +65,14 @@ impl<'a> Groups<'a> {
         }
         for solid in &description.solids {
             match solid.motion {
-                None => own.add(solid),
+                None => own.add(solid, solid.to_world, shutter),
                 Some(_) => instances.push(gathering.moving_solid(solid)),
             }
         }
         // Parts that move of unions that are nothing but their parts.
         for (mut piece, keys) in std::mem::take(&mut own.moving) {
             piece.part = false;
-            let (place, to_world) = (&piece.shape.place, piece.shape.to_world);
+            let (place, to_world, to_keys) = (&piece.shape.place, piece.shape.to_world, piece.to_keys);
             let group = gathering.single(piece);
             instances.push(Instance {
                 place,
@@ -81,11 +81,12 @@ impl<'a> Groups<'a> {
                 of_group: false,
                 to_world,
                 keys: Some(keys),
+                to_keys,
             });
         }
         let (lamps, errors) = lamps::of(description);
         for lamp in lamps {
-            let group = gathering.single(Piece::whole(lamp.shape, lamp.to_carried));
+            let group = gathering.single(Piece::whole(lamp.shape, lamp.to_group));
             instances.push(Instance {
                 place: &lamp.shape.place,
                 number: Some(lamp.number),
@@ -93,6 +94,7 @@ impl<'a> Groups<'a> {
                 of_group: false,
                 to_world: lamp.to_world,
                 keys: lamp.keys,
+                to_keys: lamp.to_keys,
             });
         }
         let own = gathering.group(own, instances);
@@ -174,7 +176,7 @@ impl<'a> Gathering<'a> {
         }
         for solid in &group.solids {
             match solid.motion {
-                None => flat.add(solid),
+                None => flat.add(solid, solid.to_world, self.shutter),
                 Some(_) => instances.push(self.moving_solid(solid)),
             }
         }
@@ -184,15 +186,25 @@ impl<'a> Gathering<'a> {
     }
 
     fn moving(&mut self, shape: &'a ShapeDescription) -> Instance<'a> {
-        let group = self.single(Piece::whole(shape, Transform::IDENTITY));
-        show(&shape.place, group, false, &shape.to_world, shape.motion.as_deref())
+        let motion = shape.motion.as_deref();
+        let placed = self.placing(motion, |transform| shapes::depends_on(shape, transform));
+        let group = self.single(Piece::whole(shape, placed));
+        Instance { to_keys: placed.inverse(), ..show(&shape.place, group, false, &shape.to_world, motion) }
     }
 
     fn moving_solid(&mut self, solid: &'a description::Solid) -> Instance<'a> {
+        let motion = solid.motion.as_deref();
+        let placed = self.placing(motion, |transform| {
+            solid.leaves().iter().any(|shape| shapes::depends_on(shape, transform))
+        });
         let mut flat = Flat::default();
-        flat.add(solid);
+        flat.add(solid, placed, self.shutter);
         let group = self.add(flat, Vec::new());
-        show(&solid.place, group, false, &solid.to_world, solid.motion.as_deref())
+        Instance { to_keys: placed.inverse(), ..show(&solid.place, group, false, &solid.to_world, motion) }
+    }
+
+    fn placing(&self, motion: Option<&Animation>, depends: impl Fn(&Transform) -> bool) -> Transform {
+        motion.map_or(Transform::IDENTITY, |motion| placing(&motion.keys, self.shutter, depends))
     }
 }
 
@@ -203,6 +215,6 @@ fn show<'a>(
     to_world: &Transform,
     motion: Option<&Animation>,
 ) -> Instance<'a> {
-    let keys = motion.map(|motion| motion.keys.clone());
-    Instance { place, number: None, group, of_group, to_world: *to_world, keys }
+    let keys: Option<Keys> = motion.map(|motion| motion.keys.clone());
+    Instance { place, number: None, group, of_group, to_world: *to_world, keys, to_keys: Transform::IDENTITY }
 }

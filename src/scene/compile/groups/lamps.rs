@@ -1,8 +1,9 @@
 //! Lights in groups (an extension). Each place where instances show one is a light of its own, with a shape
 //! of its own: light samples choose between places, and a hit says by its shape which of them was met.
 
-use super::Keys;
+use super::{Keys, placing};
 use crate::geometry::Transform;
+use crate::scene::compile::shapes;
 use crate::scene::description::{Description, Instance, ShapeDescription, ShapeGroup};
 use crate::scene::source::{Place, SceneError};
 use std::collections::BTreeMap;
@@ -13,11 +14,13 @@ pub(super) struct Lamp<'a> {
     pub shape: &'a ShapeDescription,
     /// Which of the scene's instances shows it.
     pub number: usize,
-    /// From the shape's coordinates to those that the instance below carries.
-    pub to_carried: Transform,
-    /// From there to the world, at first where it moves.
+    /// What the shape is placed by, in coordinates of its own.
+    pub to_group: Transform,
+    /// From there to the world, or from the coordinates of the keyframes to where they are at first.
     pub to_world: Transform,
     pub keys: Option<Keys>,
+    /// From the coordinates that [`Self::to_group`] leads to, to those that the keyframes carry.
+    pub to_keys: Transform,
 }
 
 /// The most lights that instances may show: each of them has memory of its own.
@@ -25,7 +28,9 @@ const MOST_LAMPS: usize = 1_000_000;
 
 /// All that instances of the scene show, and what can't be one.
 pub(super) fn of(description: &Description) -> (Vec<Lamp<'_>>, Vec<SceneError>) {
-    let mut search = Search { shining: BTreeMap::new(), found: Vec::new(), errors: Vec::new(), number: 0 };
+    let shutter = description.sensor.shutter.during();
+    let (found, errors) = (Vec::new(), Vec::new());
+    let mut search = Search { shining: BTreeMap::new(), found, errors, number: 0, shutter };
     for (number, instance) in description.instances.iter().enumerate() {
         search.number = number;
         if search.shines(&instance.group) {
@@ -42,6 +47,7 @@ struct Search<'a> {
     errors: Vec<SceneError>,
     /// The scene's instance that is followed.
     number: usize,
+    shutter: [f64; 2],
 }
 
 /// What stands above a group.
@@ -77,12 +83,16 @@ impl<'a> Search<'a> {
                 }
                 return;
             }
-            let motion = shape.motion.as_ref().map(|motion| (&motion.place, &motion.keys));
-            let lamp = match motion {
-                None => self.lamp(shape, &shape.to_world, &above),
-                Some(_) => self
-                    .below(&above, &shape.to_world, motion)
-                    .and_then(|above| self.lamp(shape, &Transform::IDENTITY, &above)),
+            let lamp = match &shape.motion {
+                None => Some(self.lamp(shape, &shape.to_world, &above)),
+                Some(motion) => {
+                    let depends = |transform: &Transform| shapes::depends_on(shape, transform);
+                    let placed = placing(&motion.keys, self.shutter, depends);
+                    self.below(&above, &shape.to_world, Some((&motion.place, &motion.keys))).map(|above| {
+                        let above = Above { to_keys: placed.inverse(), ..above };
+                        self.lamp(shape, &placed, &above)
+                    })
+                }
             };
             self.found.extend(lamp);
         }
@@ -94,20 +104,18 @@ impl<'a> Search<'a> {
     }
 
     /// A shape that `to_group` takes to the coordinates of what is below `above`.
-    fn lamp(&mut self, shape: &'a ShapeDescription, to_group: &Transform, above: &Above) -> Option<Lamp<'a>> {
-        let number = self.number;
+    fn lamp(&self, shape: &'a ShapeDescription, to_group: &Transform, above: &Above) -> Lamp<'a> {
+        let (number, to_keys) = (self.number, Transform::IDENTITY);
         let Some(keys) = above.keys.clone() else {
-            return Some(Lamp { shape, number, to_carried: *to_group, to_world: above.to_keys, keys: None });
+            return Lamp { shape, number, to_group: *to_group, to_world: above.to_keys, keys: None, to_keys };
         };
-        if above.to_keys.mirrors() {
-            // Put into the shape, a mirror would turn a mesh without normals inside out.
-            let problem = "A light that is mirrored within an instance that moves";
-            let error = SceneError::at(&shape.place, problem, "a mirror around the motion, or none");
-            self.errors.push(error.with_remedy("mirror the shape itself by its own to_world"));
-            return None;
-        }
+        // Where it makes no difference, the shape is placed at once.
+        let (to_group, to_keys) = match shapes::depends_on(shape, &above.to_keys) {
+            true => (*to_group, above.to_keys),
+            false => (to_group.then(&above.to_keys), to_keys),
+        };
         let to_world = keys.first().map_or(Transform::IDENTITY, |(_, first)| *first);
-        Some(Lamp { shape, number, to_carried: to_group.then(&above.to_keys), to_world, keys: Some(keys) })
+        Lamp { shape, number, to_group, to_world, keys: Some(keys), to_keys }
     }
 
     /// What is above a group that stands, or moves, in what is above now.

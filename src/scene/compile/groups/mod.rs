@@ -15,6 +15,7 @@ use crate::scene::description::ShapeDescription;
 use crate::scene::source::{Place, SceneError};
 use crate::shape;
 use crate::shape::solid::{Carried, Leaf, Solid, Tree};
+use glam::DMat4;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::rc::Rc;
@@ -55,10 +56,23 @@ pub(super) struct Piece<'a> {
     pub subtracted: bool,
     /// Keyframes of a part of a solid that moves by itself.
     pub keys: Option<Keys>,
+    /// From the coordinates that [`Self::to_group`] leads to, to those that the keyframes carry.
+    pub to_keys: Transform,
 }
 
 /// What a transform is at some times.
 pub(super) type Keys = Vec<(f64, Transform)>;
+
+/// What a thing that moves is placed by before it is carried: for most things nothing; where they
+/// [depend on it](shapes::depends_on), the linear part of where they are in the middle of the exposure. So
+/// they then are what they would be at rest. To be carried further this has to be undone first.
+pub(super) fn placing(keys: &Keys, shutter: [f64; 2], depends: impl Fn(&Transform) -> bool) -> Transform {
+    let linear = || {
+        let pose = Motion::new(keys).ok()?.at(0.5 * (shutter[0] + shutter[1]));
+        Transform::new(DMat4::from_mat3(pose.linear))
+    };
+    linear().filter(depends).unwrap_or(Transform::IDENTITY)
+}
 
 /// A group and where another shows it.
 struct Instance<'a> {
@@ -70,6 +84,8 @@ struct Instance<'a> {
     of_group: bool,
     to_world: Transform,
     keys: Option<Keys>,
+    /// From the group's coordinates to those that the keyframes carry.
+    to_keys: Transform,
 }
 
 /// A shape to be traced.
@@ -118,7 +134,8 @@ pub(super) struct Assembled {
 
 impl<'a> Piece<'a> {
     pub fn whole(shape: &'a ShapeDescription, to_group: Transform) -> Self {
-        Self { shape, to_group, part: false, subtracted: false, keys: None }
+        let to_keys = Transform::IDENTITY;
+        Self { shape, to_group, part: false, subtracted: false, keys: None, to_keys }
     }
 
     /// Bounds in the coordinates that [`Self::to_group`] leads to.
@@ -127,14 +144,18 @@ impl<'a> Piece<'a> {
     }
 
     fn motion(&self) -> Option<Motion> {
-        self.keys.as_deref().and_then(|keys| Motion::new(keys).ok())
+        motion(self.keys.as_ref(), &self.to_keys)
     }
 }
 
 impl<'a> Instance<'a> {
     fn motion(&self) -> Option<Motion> {
-        self.keys.as_deref().and_then(|keys| Motion::new(keys).ok())
+        motion(self.keys.as_ref(), &self.to_keys)
     }
+}
+
+fn motion(keys: Option<&Keys>, to_keys: &Transform) -> Option<Motion> {
+    keys.and_then(|keys| Motion::new(keys).ok()).map(|motion| motion.carrying(to_keys))
 }
 
 impl<'a> Group<'a> {
@@ -220,10 +241,7 @@ impl<'a> Groups<'a> {
                 let to_world = Transform::translation(centre).then(&instance.to_world).then(shift);
                 Placed::still(&to_world)
             }
-            Some(keys) => {
-                let motion = Motion::new(keys).ok()?.recentred(centre, shift.point(Vec3::ZERO));
-                Placed::moving(motion)
-            }
+            Some(_) => Placed::moving(instance.motion()?.recentred(centre, shift.point(Vec3::ZERO))),
         }
     }
 
@@ -392,7 +410,8 @@ impl<'a> Groups<'a> {
                 true => shown.resting(&Transform::translation(centre).then(shift)),
                 // A thing that moves in a group rests where the group would have it in the scene.
                 false if nested => {
-                    shown.resting(&Transform::translation(centre).then(&instance.to_world).then(shift))
+                    let to_keys = Transform::translation(centre).then(&instance.to_keys);
+                    shown.resting(&to_keys.then(&instance.to_world).then(shift))
                 }
                 false => shown,
             });
