@@ -155,6 +155,9 @@ impl MediumStack {
         let says = |entered: &Entered| bodies[entered.body as usize].interior != Filling::Unspecified;
         if let Some(position) = self.standing_for(body, bodies) {
             self.bodies.remove(position);
+            if bodies[body.body as usize].closed {
+                self.leave_sheets(position, bodies);
+            }
             if self.bodies[position..].iter().any(says) {
                 return;
             }
@@ -167,6 +170,18 @@ impl MediumStack {
             self.bodies.retain(|entered| !says(entered));
             self.beyond = Some(outside);
         }
+    }
+
+    /// Forgets the open surfaces, from a position on, that state the media on both of their sides. Such a sheet
+    /// parts media within the body that it stands in, and encloses nothing that goes on beyond it.
+    fn leave_sheets(&mut self, position: usize, bodies: &[Body]) {
+        let mut place = 0;
+        self.bodies.retain(|entered| {
+            let &Body { closed, refraction, interior, exterior, .. } = &bodies[entered.body as usize];
+            let states_both = interior != Filling::Unspecified && exterior != Filling::Unspecified;
+            place += 1;
+            place <= position || closed || refraction != Refraction::None || !states_both
+        });
     }
 
     fn position(&self, body: Entered) -> Option<usize> {
@@ -352,6 +367,35 @@ mod tests {
         assert!(stack.contains(at(1)));
         stack.leave(at(1), &bodies);
         assert_eq!(stack.medium(&bodies), Some(7));
+    }
+
+    /// A sheet that names the fog on both of its sides, in a body of fog. The fog ends with the body, whichever
+    /// way the sheet is passed.
+    #[test]
+    fn a_sheet_within_a_body_is_left_with_the_body() {
+        for below in [0, 1] {
+            let sheet = Body {
+                index: None,
+                refraction: Refraction::None,
+                exterior: Filling::Medium(0),
+                closed: false,
+                index_class: 0,
+                ..body(1.0, Filling::Medium(below))
+            };
+            let fog = Body { exterior: Filling::Unspecified, closed: true, ..sheet.clone() };
+            let bodies = [Body { interior: Filling::Medium(0), ..fog }, sheet];
+            let mut stack = MediumStack::default();
+            stack.enter(at(0), &bodies);
+            stack.enter(at(1), &bodies);
+            assert_eq!(stack.medium(&bodies), Some(below));
+            stack.leave(at(0), &bodies);
+            assert_eq!(stack.medium(&bodies), None);
+            stack.enter(at(0), &bodies);
+            stack.leave(at(1), &bodies);
+            assert_eq!(stack.medium(&bodies), Some(0));
+            stack.leave(at(0), &bodies);
+            assert_eq!(stack.medium(&bodies), None);
+        }
     }
 
     /// The panes of a block, and the inner wall of a hollow body, which faces what is hollow.
