@@ -5,8 +5,8 @@
 //!
 //! camera → diffuse surface → … → diffuse surface → smooth surface → … → smooth surface → light,
 //!
-//! whose smooth surfaces scatter in single directions, as metal, glass and the coat of plastic do, all but
-//! the first segment form a light subpath, which begins at the light and aims at the bodies. It contributes
+//! whose smooth surfaces scatter in single directions, as metal, glass and the coat of plastic do, or nearly,
+//! as polished metal does (the one next to the light alone), all but the first segment form a light subpath, which begins at the light and aims at the bodies. It contributes
 //! each diffuse surface x that it meets to the camera with the weight
 //!
 //! Φ · f(ω, ω′) · cos θ′ / d² · dx/dω′,
@@ -28,6 +28,16 @@
 //! weights are worse, but still sum to one. So the camera finds near-mirror images of the light, and light
 //! tracing finds what is scattered widely.
 //!
+//! Polished metal scatters with a density, so light samples there find the path, too. The weight of scattering
+//! beside them is q = pᵤ² / (pᵤ² + pₗ²) with the densities of the two. By the power heuristic over all three,
+//! light subpaths have the weight
+//!
+//! r² pᵤ² / (r² pᵤ² + pᵤ² + pₗ²) = r² q / (r² q + 1),
+//!
+//! which is that beside scattering alone with r √q for the ratio. What camera paths find by either technique,
+//! weighed beside the other, is multiplied by the rest, 1 / (r² q + 1). Where pixels share the second surface,
+//! as many camera paths may find the light as there are pixels, and r is divided by their number.
+//!
 //! The camera also finds caustics that are seen through smooth surfaces or in them: a light subpath would
 //! meet a point in view only by chance. There [`super::path`] splits at the diffuse surface.
 //!
@@ -39,8 +49,8 @@
 //! And where the shading normal is not the geometric one, beams of equal power differ in width on the two
 //! sides (Veach 1997, section 5.3).
 
-use super::light_subpaths::{Splat, Start, segment_to_lens};
 use super::contributions::receiver;
+use super::light_subpaths::{Splat, Start, segment_to_lens};
 use super::plan::Sharing;
 use super::weights::{late_survival, power_heuristic, scattering_weight};
 use crate::bsdf::Scatter;
@@ -93,13 +103,7 @@ impl Caustics {
 
 /// The light's factor of the ratio of densities for light that arrives along a ray, from where that leads to
 /// at once.
-pub(super) fn factor_along(
-    scene: &Scene,
-    caustics: &Caustics,
-    ray: &Ray,
-    time: f64,
-    media: &Media,
-) -> f64 {
+pub(super) fn factor_along(scene: &Scene, caustics: &Caustics, ray: &Ray, time: f64, media: &Media) -> f64 {
     match scene.intersect(ray, time, RayKind::Shadow, &mut media.clone(), |_, _| ()) {
         Some(hit) => hit.light.map_or(0.0, |light| {
             let area_ratio = scene.lights.area_ratio(light, &hit.point, time);

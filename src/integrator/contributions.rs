@@ -1,8 +1,8 @@
 //! What a path finds: light that surfaces emit, light from beyond the scene, and light samples.
 
+use super::caustics;
 use super::observe::{Observe, Step, list};
 use super::path::{Beside, Competing, Contested, Path, PreviousSample};
-use super::caustics;
 use super::weights::{light_sample_weight, scattering_weight};
 use crate::bsdf::Evaluation;
 use crate::camera::LitPoint;
@@ -194,8 +194,11 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let mut weight = 1.0;
         let mut shared = None;
         if let (Some(caustics), Density::PerSolidAngle(density)) = (scene.caustics(), sample.density) {
-            let by_scattering =
-                scattering_weight(scene, || self.ratio.sum() * density, || (self.ratio * value.density).sum());
+            let by_scattering = scattering_weight(
+                scene,
+                || self.ratio.sum() * density,
+                || (self.ratio * value.density).sum(),
+            );
             let ratio = || {
                 let ray = hit.point.ray(sample.shadow_ray.direction);
                 caustics::factor_along(scene, caustics, &ray, self.time, &self.media) * by_scattering.sqrt()

@@ -23,9 +23,9 @@
 use super::RadianceSample;
 use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
 use super::links::{Firsts, Links, Next, Spare, Values};
+use super::path::Contested;
 use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
-use super::path::Contested;
 use super::weights::light_sample_weight;
 use crate::accel::Rays;
 use crate::camera::LitPoint;

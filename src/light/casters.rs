@@ -6,11 +6,22 @@ use crate::shape::Shape;
 use smallvec::SmallVec;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
-/// Spheres that hold the bodies: those of smooth bodies, and those of smooth coats on others.
+/// Bodies that cast caustics, by what they send on.
+#[derive(Clone, Debug, Default)]
+pub struct CastersByKind {
+    /// All that meets them, in single directions: smooth metal and glass.
+    pub bodies: Vec<Caster>,
+    /// The mirror reflection of a smooth coat.
+    pub coats: Vec<Caster>,
+    /// All that meets them, in narrow lobes: polished metal.
+    pub polished: Vec<Caster>,
+}
+
+/// Spheres that hold the bodies, by their kinds.
 #[derive(Clone, Debug)]
 pub struct Casters(Kinds<Spheres>);
 
-/// What there is of both kinds, with the probability of aiming at it.
+/// What there is of each kind, with the probability of aiming at it.
 type Kinds<T> = SmallVec<[(f64, T); 3]>;
 
 /// The spheres of bodies of one kind, at least one.
@@ -78,8 +89,8 @@ const TOWARD_COATS: f64 = 0.25;
 const TOWARD_POLISHED: f64 = 0.25;
 
 impl Casters {
-    /// Neighbours among many bodies, coats or polished metals share a sphere.
-    pub fn new(bodies: Vec<Caster>, coats: Vec<Caster>, polished: Vec<Caster>) -> Self {
+    /// Neighbours among many of a kind share a sphere.
+    pub fn new(CastersByKind { bodies, coats, polished }: CastersByKind) -> Self {
         let gathered = |mut bodies: Vec<Caster>| {
             let mut spheres = Vec::new();
             gather(&mut bodies, MOST, &mut spheres);
@@ -312,6 +323,8 @@ mod tests {
     use rand::Rng;
     use rand_pcg::Pcg64Mcg;
 
+    const NONE: CastersByKind = CastersByKind { bodies: Vec::new(), coats: Vec::new(), polished: Vec::new() };
+
     fn at(x: f64, y: f64, z: f64, radius: f64) -> Caster {
         Caster { centre: Vec3::new(x, y, z), radius }
     }
@@ -330,7 +343,8 @@ mod tests {
         let overlapping = vec![at(1.0, 0.5, 2.0, 0.8), at(0.5, 0.5, 2.0, 0.9), at(0.0, -3.0, 1.0, 0.3)];
         let coats = vec![at(0.5, 0.0, 2.0, 1.2), at(-1.0, -3.0, 1.0, 0.3)];
         for (bodies, coats) in [(one, vec![]), (overlapping.clone(), vec![]), (overlapping, coats)] {
-            let aim = Casters::new(bodies, coats).seen_from(&point(Vec3::Z)).unwrap();
+            let aim =
+                Casters::new(CastersByKind { bodies, coats, ..NONE }).seen_from(&point(Vec3::Z)).unwrap();
             let of_kind = |(_, toward): &(f64, Toward)| match toward {
                 Toward::Cones { cones, .. } => cones.clone(),
                 Toward::Everywhere { .. } => panic!("{aim:?}"),
@@ -375,7 +389,7 @@ mod tests {
         const RAYS: usize = 200_000;
         const FINE: usize = 1000;
         let bodies = vec![at(1.0, 0.5, 2.0, 0.8), at(0.5, 0.5, 2.0, 0.9), at(0.0, -3.0, 1.0, 0.3)];
-        let casters = Casters::new(bodies, vec![at(0.0, 0.0, 2.0, 1.5)]);
+        let casters = Casters::new(CastersByKind { bodies, coats: vec![at(0.0, 0.0, 2.0, 1.5)], ..NONE });
         let scene = at(0.0, 0.0, 1.0, 6.0);
         let mut generator = Pcg64Mcg::new(3);
         let mut next = || (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
@@ -404,14 +418,16 @@ mod tests {
 
     #[test]
     fn a_light_within_a_body_shines_everywhere() {
-        let aim = Casters::new(vec![at(0.0, 0.1, 0.3, 1.0)], vec![]).seen_from(&point(Vec3::Z)).unwrap();
+        let aim = Casters::new(CastersByKind { bodies: vec![at(0.0, 0.1, 0.3, 1.0)], ..NONE })
+            .seen_from(&point(Vec3::Z))
+            .unwrap();
         let (direction, density) = aim.sample(0.3, [0.2, 0.9]).unwrap();
         assert!(direction.z > 0.0 && (density - direction.z * FRAC_1_PI).abs() < 1e-15);
     }
 
     #[test]
     fn what_is_behind_a_light_is_not_aimed_at() {
-        let behind = Casters::new(vec![at(0.0, 0.0, -2.0, 0.5)], vec![]);
+        let behind = Casters::new(CastersByKind { bodies: vec![at(0.0, 0.0, -2.0, 0.5)], ..NONE });
         assert!(behind.seen_from(&point(Vec3::Z)).is_none());
         assert!(behind.seen_from(&point(-Vec3::Z)).is_some());
     }
@@ -429,13 +445,13 @@ mod tests {
                 )
             })
             .collect();
-        let Casters(kinds) = Casters::new(bodies.clone(), vec![]);
+        let Casters(kinds) = Casters::new(CastersByKind { bodies: bodies.clone(), ..NONE });
         let [(1.0, Spheres(spheres))] = &kinds[..] else { panic!("{kinds:?}") };
         assert_eq!(spheres.len(), MOST);
         for body in bodies {
             let held = |sphere: &Caster| sphere.centre.distance(body.centre) + body.radius <= sphere.radius;
             assert!(spheres.iter().any(held), "{body:?}");
         }
-        assert!(Casters::new(vec![], vec![]).is_empty());
+        assert!(Casters::new(NONE).is_empty());
     }
 }

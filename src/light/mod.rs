@@ -25,7 +25,7 @@ mod visible_lamps;
 
 pub use aim::Aim;
 pub use area::AreaGeometry;
-pub use casters::{Caster, Casters};
+pub use casters::{Caster, Casters, CastersByKind};
 pub use caustics::Caustics;
 pub use choice::Setting;
 pub use environment::Environment;

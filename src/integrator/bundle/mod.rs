@@ -12,8 +12,8 @@ pub(super) use pool::{Found, follow};
 pub(super) use turn::{Each, Turn};
 
 use super::caustics::{self, FirstSurface};
-use super::path::Contested;
 use super::contributions::{crossings, media_beyond};
+use super::path::Contested;
 use super::surfaces::{Scatters, Surfaces};
 use super::weights::{late_survival, light_sample_weights, roulette_survival, scattering_weight};
 use crate::accel::Rays;
@@ -309,7 +309,9 @@ impl<'a, const C: usize> Bundle<'a, C> {
                     even_metals |= 1 << lane;
                 }
                 Side::Black => {}
-                Side::Metal(_) | Side::Other => surfaces.set(lane, self.shading(lane, &surfaces.hits.get(scene, lane))),
+                Side::Metal(_) | Side::Other => {
+                    surfaces.set(lane, self.shading(lane, &surfaces.hits.get(scene, lane)))
+                }
             }
         }
         let Surfaces { metals, normal, .. } = surfaces;
