@@ -5,9 +5,10 @@
 //!
 //! camera → diffuse surface → … → diffuse surface → smooth surface → … → smooth surface → light,
 //!
-//! whose smooth surfaces scatter in single directions, as metal, glass and the coat of plastic do, or nearly,
-//! as polished metal does (the one next to the light alone), all but the first segment form a light subpath, which begins at the light and aims at the bodies. It contributes
-//! each diffuse surface x that it meets to the camera with the weight
+//! whose smooth surfaces scatter in single directions, as metal, glass and the coat of plastic do, all but
+//! the first segment form a light subpath, which begins at the light and aims at the bodies. The surface next
+//! to the light may also be polished metal, which scatters in nearly single directions. The light subpath
+//! contributes each diffuse surface x that it meets to the camera with the weight
 //!
 //! Φ · f(ω, ω′) · cos θ′ / d² · dx/dω′,
 //!

@@ -81,12 +81,9 @@ impl Caster {
 /// Up to how many spheres of each kind are looked at from each point of a light.
 const MOST: usize = 8;
 
-/// The fraction of light subpaths that aim at coats where there are smooth bodies, too. Coats reflect some
-/// 4 %, and are often large, as that of a floor is.
-const TOWARD_COATS: f64 = 0.25;
-
-/// The same of those that aim at polished metals, whose caustics are less bright.
-const TOWARD_POLISHED: f64 = 0.25;
+/// How many light subpaths aim at smooth bodies, at coats and at polished metals, as one to another. Coats
+/// reflect some 4 %, and are often large, as that of a floor is. What polished metals cast is less bright.
+const TOWARD: [f64; 3] = [3.0, 1.0, 1.0];
 
 impl Casters {
     /// Neighbours among many of a kind share a sphere.
@@ -96,12 +93,8 @@ impl Casters {
             gather(&mut bodies, MOST, &mut spheres);
             (!spheres.is_empty()).then_some(Spheres(spheres))
         };
-        let all = [
-            (1.0 - TOWARD_COATS - TOWARD_POLISHED, bodies),
-            (TOWARD_COATS, coats),
-            (TOWARD_POLISHED, polished),
-        ];
-        Self(kinds(all.into_iter().filter_map(|(weight, bodies)| Some((weight, gathered(bodies)?)))))
+        let all = TOWARD.into_iter().zip([bodies, coats, polished]);
+        Self(kinds(all.filter_map(|(weight, bodies)| Some((weight, gathered(bodies)?)))))
     }
 
     /// Whether there is nothing to aim at.

@@ -341,8 +341,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
         Some((from_light, by_light))
     }
 
-    /// Whether what the surface of a lane scatters is weighed against light subpaths; see [`super::path::Path::competes_from`].
-    /// Where paths are not shared, they go on alone.
+    /// Whether what the surface of a lane scatters is weighed against light subpaths; see
+    /// [`super::path::Path::competes_from`]. Where paths are not shared, they go on alone.
     pub fn competes_from(&self, hits: &Intersections, lane: usize) -> bool {
         self.scene.features().caustics && self.depth > 0 && self.scene.is_nearly_specular_in_lane(hits, lane)
     }
