@@ -287,8 +287,8 @@ pub enum Specular {
     All,
 }
 
-/// The largest roughness of metal whose caustics are looked for from the light. Under small lamps relMSE × CPU
-/// time is 0.01 to 0.9 of what it is by chance alone with a roughness of 0.02, and 0.1 to 0.8 with 0.2.
+/// The largest roughness of metal whose caustics are looked for from the light. Under small lamps relMSE ×
+/// CPU time is 0.01 to 1.1 of what it is by chance alone with a roughness of 0.02, and 0.1 to 0.8 with 0.2.
 const POLISHED: f64 = 0.25;
 
 impl BsdfTextures {

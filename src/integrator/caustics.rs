@@ -29,15 +29,15 @@
 //! weights are worse, but still sum to one. So the camera finds near-mirror images of the light, and light
 //! tracing finds what is scattered widely.
 //!
-//! Polished metal scatters with a density, so light samples there find the path, too. The weight of scattering
-//! beside them is q = pᵤ² / (pᵤ² + pₗ²) with the densities of the two. By the power heuristic over all three,
-//! light subpaths have the weight
+//! Polished metal scatters with a density, so light samples there find the path, too. The weight of
+//! scattering beside them is q = pᵤ² / (pᵤ² + pₗ²) with the densities of the two. By the power heuristic over
+//! all three, light subpaths have the weight
 //!
 //! r² pᵤ² / (r² pᵤ² + pᵤ² + pₗ²) = r² q / (r² q + 1),
 //!
 //! which is that beside scattering alone with r √q for the ratio. What camera paths find by either technique,
-//! weighed beside the other, is multiplied by the rest, 1 / (r² q + 1). Where pixels share the second surface,
-//! as many camera paths may find the light as there are pixels, and r is divided by their number.
+//! weighed beside the other, is multiplied by the rest, 1 / (r² q + 1). Where pixels share the second
+//! surface, as many camera paths may find the light as there are pixels, and r is divided by their number.
 //!
 //! The camera also finds caustics that are seen through smooth surfaces or in them: a light subpath would
 //! meet a point in view only by chance. There [`super::path`] splits at the diffuse surface.

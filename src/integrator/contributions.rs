@@ -85,8 +85,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
     }
 
     /// Weighs light that the path has found against light subpaths that come the same way, by the light's
-    /// factor of the ratio of densities. `by_light`: the density with which light samples find it. Returns how
-    /// it is contested where several surfaces share the path.
+    /// factor of the ratio of densities. `by_light`: the density with which light samples find it. Returns
+    /// how it is contested where several surfaces share the path.
     #[inline(always)]
     fn weigh_beside_light_subpaths(
         &self,

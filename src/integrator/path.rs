@@ -97,8 +97,8 @@ pub(super) enum Competing {
     Shared,
 }
 
-/// Light that a path has found which several surfaces share, and that light subpaths compete for: each surface
-/// weighs it by itself.
+/// Light that a path has found which several surfaces share, and that light subpaths compete for: each
+/// surface weighs it by itself.
 #[derive(Clone, Copy)]
 pub(super) struct Contested<const C: usize> {
     pub light: Sampled<C>,

@@ -172,8 +172,8 @@ impl MediumStack {
         }
     }
 
-    /// Forgets the open surfaces, from a position on, that state the media on both of their sides. Such a sheet
-    /// parts media within the body that it stands in, and encloses nothing that goes on beyond it.
+    /// Forgets the open surfaces, from a position on, that state the media on both of their sides. Such a
+    /// sheet parts media within the body that it stands in, and encloses nothing that goes on beyond it.
     fn leave_sheets(&mut self, position: usize, bodies: &[Body]) {
         let mut place = 0;
         self.bodies.retain(|entered| {
@@ -369,8 +369,8 @@ mod tests {
         assert_eq!(stack.medium(&bodies), Some(7));
     }
 
-    /// A sheet that names the fog on both of its sides, in a body of fog. The fog ends with the body, whichever
-    /// way the sheet is passed.
+    /// A sheet that names the fog on both of its sides, in a body of fog. The fog ends with the body,
+    /// whichever way the sheet is passed.
     #[test]
     fn a_sheet_within_a_body_is_left_with_the_body() {
         for below in [0, 1] {

@@ -159,7 +159,7 @@ impl Setting<'_> {
         Caustics::new(casters, Caster::around(self.bounds), sources, subpaths)
     }
 
-    /// Whether so much of the light is from small sources that their images in polished metals are looked for.
+    /// Whether so much light is from small sources that their images in polished metals are looked for.
     fn much_is_from_small_sources(&self, lamps: &[Lamp], polished: &[Caster]) -> bool {
         let of_lamp = |lamp: &Lamp| {
             let angles: f64 = polished.iter().map(|caster| lamp.solid_angle_at(caster)).sum();
