@@ -279,7 +279,7 @@ pub enum BsdfTextures {
 pub enum Specular {
     /// Nothing, or not the same way forth and back.
     Nothing,
-    /// All that it sends on, in narrow lobes: it is polished metal, no rougher than [`POLISHED`].
+    /// All that it sends on, in narrow lobes: it is polished metal, of little roughness.
     Nearly,
     /// The mirror reflection of a smooth coat.
     Coat,
