@@ -120,7 +120,13 @@ impl Materials {
             Material::TwoSided { front, back } => of_side(*front).zip(of_side(*back)),
             _ => of_side(id).map(|side| (side, side)),
         };
-        sides.map_or(Specular::Nothing, |(front, back)| front.max(back))
+        match sides {
+            // Told of the surface as a whole: both sides scatter so, or it counts for nothing.
+            Some((Specular::Nothing, Specular::Nearly) | (Specular::Nearly, Specular::Nothing)) | None => {
+                Specular::Nothing
+            }
+            Some((front, back)) => front.max(back),
+        }
     }
 
     /// The attributes that textures of a material and those within it want of a mesh.
@@ -208,5 +214,45 @@ impl Material {
             Self::Mask { opacity: texture, .. } | Self::Blend { weight: texture, .. } => vec![texture],
             Self::TwoSided { .. } | Self::NormalMapping { .. } => Vec::new(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::microfacet::Distribution;
+    use crate::bsdf::{Metal, RoughnessTextures};
+    use crate::spectrum::Spectrum;
+
+    /// What is nearly specular is so on both sides.
+    #[test]
+    fn a_polished_side_with_another_behind_it_counts_for_nothing() {
+        let mut materials = Materials::default();
+        let uniform = |value| Texture::Uniform(Spectrum::Constant(value));
+        let metal = |alpha: Option<f64>| {
+            Material::Bsdf(BsdfTextures::Conductor {
+                index: Metal::Index { n: uniform(0.2), k: uniform(3.0) },
+                specular_reflectance: uniform(1.0),
+                roughness: alpha.map(|alpha| RoughnessTextures {
+                    distribution: Distribution::Ggx,
+                    alpha: [uniform(alpha), uniform(alpha)],
+                    isotropic: true,
+                }),
+            })
+        };
+        let [smooth, polished, rough] = [None, Some(0.1), Some(0.5)].map(|alpha| materials.add(metal(alpha)));
+        let white = materials.add(Material::Bsdf(BsdfTextures::Diffuse { reflectance: uniform(0.9) }));
+        for (front, back, expected) in [
+            (polished, polished, Specular::Nearly),
+            (polished, white, Specular::Nothing),
+            (white, polished, Specular::Nothing),
+            (polished, rough, Specular::Nothing),
+            (polished, smooth, Specular::All),
+            (smooth, white, Specular::All),
+        ] {
+            let both = materials.add(Material::TwoSided { front, back });
+            assert_eq!(materials.specular(both), expected, "{front} {back}");
+        }
+        assert_eq!(materials.specular(polished), Specular::Nearly);
     }
 }
