@@ -30,14 +30,15 @@
 //! tracing finds what is scattered widely.
 //!
 //! Polished metal scatters with a density, so light samples there find the path, too. The weight of
-//! scattering beside them is q = pᵤ² / (pᵤ² + pₗ²) with the densities of the two. By the power heuristic over
-//! all three, light subpaths have the weight
+//! scattering beside them is q = pᵤ² / (pᵤ² + pₗ²) with the densities of the two. By the power
+//! heuristic over all three, light subpaths have the weight
 //!
 //! r² pᵤ² / (r² pᵤ² + pᵤ² + pₗ²) = r² q / (r² q + 1),
 //!
-//! which is that beside scattering alone with r √q for the ratio. What camera paths find by either technique,
-//! weighed beside the other, is multiplied by the rest, 1 / (r² q + 1). Where pixels share the second
-//! surface, as many camera paths may find the light as there are pixels, and r is divided by their number.
+//! which is that beside scattering alone with r √q for the ratio. What camera paths find by either
+//! technique, weighed beside the other, is multiplied by the rest, 1 / (r² q + 1). Where pixels share the
+//! second surface, as many camera paths may find the light as there are pixels, and r is divided by their
+//! number.
 //!
 //! The camera also finds caustics that are seen through smooth surfaces or in them: a light subpath would
 //! meet a point in view only by chance. There [`super::path`] splits at the diffuse surface.
@@ -56,7 +57,7 @@ use super::plan::Sharing;
 use super::weights::{late_survival, power_heuristic, scattering_weight};
 use crate::bsdf::Scatter;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::light::{Caustics, Emitted, LightHit, Origin};
+use crate::light::{Caustics, Emitted, Environment, LightHit, Origin};
 use crate::material::Shading;
 use crate::medium::Media;
 use crate::sampling::{Density, Dimensions, Stream};
@@ -102,17 +103,34 @@ impl Caustics {
     }
 }
 
+/// [`Caustics::light_factor`] of subpaths from a point of a lamp in a direction.
+pub(super) fn factor_from_lamp(
+    scene: &Scene,
+    caustics: &Caustics,
+    light: u32,
+    point: &SurfacePoint,
+    direction: Vec3,
+    time: f64,
+) -> f64 {
+    caustics.light_factor(light, point, direction, scene.lights.area_ratio(light, point, time))
+}
+
+/// [`Caustics::environment_factor`] of subpaths that come along a ray from beyond the scene.
+pub(super) fn factor_from_beyond(caustics: &Caustics, environment: &Environment, ray: &Ray) -> f64 {
+    caustics.environment_factor(ray.direction, environment.density(ray.direction), ray.origin)
+}
+
 /// The light's factor of the ratio of densities for light that arrives along a ray, from where that leads to
 /// at once.
 pub(super) fn factor_along(scene: &Scene, caustics: &Caustics, ray: &Ray, time: f64, media: &Media) -> f64 {
     match scene.intersect(ray, time, RayKind::Shadow, &mut media.clone(), |_, _| ()) {
-        Some(hit) => hit.light.map_or(0.0, |light| {
-            let area_ratio = scene.lights.area_ratio(light, &hit.point, time);
-            caustics.light_factor(light, &hit.point, -ray.direction, area_ratio)
-        }),
-        None => scene.lights.environment().map_or(0.0, |environment| {
-            caustics.environment_factor(ray.direction, environment.density(ray.direction), ray.origin)
-        }),
+        Some(hit) => hit
+            .light
+            .map_or(0.0, |light| factor_from_lamp(scene, caustics, light, &hit.point, -ray.direction, time)),
+        None => {
+            let environment = scene.lights.environment();
+            environment.map_or(0.0, |environment| factor_from_beyond(caustics, environment, ray))
+        }
     }
 }
 
@@ -242,7 +260,7 @@ impl Beginning {
     fn factor(self, scene: &Scene, caustics: &Caustics, time: f64) -> f64 {
         match self {
             Self::Surface { start: LightHit { light, point, .. }, toward } => {
-                caustics.light_factor(light, &point, toward, scene.lights.area_ratio(light, &point, time))
+                factor_from_lamp(scene, caustics, light, &point, toward, time)
             }
             Self::Environment { direction, density, place } => {
                 caustics.environment_factor(direction, density, place)

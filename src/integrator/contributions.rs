@@ -42,7 +42,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             |from: &Receiver| scene.lights.environment_density(from, ray.direction, self.time, wavelengths);
         let mut weight = self.weight_beside_lights(scene, by_light);
         let shared = self.weigh_beside_light_subpaths(scene, &mut weight, by_light, |caustics| {
-            caustics.environment_factor(ray.direction, environment.density(ray.direction), ray.origin)
+            caustics::factor_from_beyond(caustics, environment, ray)
         });
         if weight == 0.0 {
             return Sampled::ZERO;
@@ -71,8 +71,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let by_light = |from: &Receiver| scene.lights.density(&light_hit, from, self.time, wavelengths);
         let mut weight = self.weight_beside_lights(scene, by_light);
         let shared = self.weigh_beside_light_subpaths(scene, &mut weight, by_light, |caustics| {
-            let area_ratio = scene.lights.area_ratio(light_hit.light, &hit.point, self.time);
-            caustics.light_factor(light_hit.light, &hit.point, -ray.direction, area_ratio)
+            let toward = -ray.direction;
+            caustics::factor_from_lamp(scene, caustics, light_hit.light, &hit.point, toward, self.time)
         });
         if let (PreviousSample::Camera, Some(visible_lamps)) = (&self.last, scene.visible_lamps()) {
             weight *= visible_lamps.camera_weight(scene, light_hit.light, &hit.point, self.time);

@@ -27,7 +27,7 @@ impl<const C: usize> Bundle<'_, C> {
             Some(_) if self.is_shared => Beside::Shared,
             Some(first) => Beside::First(*first),
         };
-        let competing = self.is_shared && self.competing >> lane & 1 == 1;
+        let competing = self.competing >> lane & 1 == 1;
         Path::parted(Parted {
             time: self.time,
             depth: self.depth,

@@ -147,7 +147,7 @@ impl Setting<'_> {
                 Specular::Nothing => {}
             }
         }
-        if !self.much_is_from_small_sources(lamps, &found.polished) {
+        if !found.polished.is_empty() && !self.much_is_from_small_sources(lamps, &found.polished) {
             found.polished.clear();
             for surface in surfaces.iter_mut().filter(|surface| surface.specular == Specular::Nearly) {
                 surface.specular = Specular::Nothing;

@@ -1,6 +1,6 @@
 //! From a description to groups.
 
-use super::{Group, Groups, Instance, Keys, Piece, centre, lamps, placing};
+use super::{Group, Groups, Instance, Piece, centre, lamps, placing};
 use crate::geometry::{Bounds, Transform};
 use crate::scene::compile::shapes;
 use crate::scene::compile::solids::Flat;
@@ -215,6 +215,6 @@ fn show<'a>(
     to_world: &Transform,
     motion: Option<&Animation>,
 ) -> Instance<'a> {
-    let keys: Option<Keys> = motion.map(|motion| motion.keys.clone());
+    let keys = motion.map(|motion| motion.keys.clone());
     Instance { place, number: None, group, of_group, to_world: *to_world, keys, to_keys: Transform::IDENTITY }
 }
