@@ -58,18 +58,23 @@ pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f6
 /// film.
 pub const SQUARE: u32 = 32;
 
-/// So many pixels of a square that are alike are pooled: nets complete the runs of a smooth pixel far better
-/// than those of one on an edge, which has a part in the pixel's variance by the square of its contrast.
-const ALIKE: usize = 64;
+/// The fewest pixels that are pooled.
+const ALIKE: usize = 32;
 
-/// Pixels whose nets are taken to agree with their runs, beside those of a square, and to be as those of the
-/// square, beside those that are pooled: a few pixels tell little.
-const PRIOR: f64 = 16.0;
+/// What pixels that are pooled are expected to tell counts as much as so many of them: a few pixels tell
+/// little.
+const PRIOR: f64 = 32.0;
+
+/// Pixels as far apart as this, in pixels, are as unlike as those of which one is e times as noisy.
+const FAR: f64 = 16.0;
+
+/// Half of what noise alone makes of [`uneven`], in units of the variance.
+const NOISE: f64 = 3.0;
 
 /// The same of replicates that are runs of nets, and so tell too large a variance: `of_nets` are the
 /// variances that the nets tell, which are right on average. Their ratio over pixels of a square of the film
-/// that are alike says by how much: as uneven as one another, in units of their noise, where their `means`
-/// are known, and else as noisy. `part` is where the pixels are on the whole film.
+/// that are alike says by how much: as noisy as one another, as uneven in units of their noise where their
+/// `means` are known, and close together. `part` is where the pixels are on the whole film.
 pub fn calibrated(
     picture: [u32; 2],
     part: Region,
@@ -79,34 +84,56 @@ pub fn calibrated(
 ) -> Vec<f64> {
     let mut moderated = moderated(picture, part.size, variances);
     let Some(of_nets) = of_nets else { return moderated };
-    let order: Vec<f64> = match means {
-        Some(means) => {
-            (0..means.len()).map(|pixel| uneven(part.size, means, pixel) / moderated[pixel]).collect()
-        }
-        None => moderated.clone(),
-    };
-    let mut squares: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
-    for (index, [x, y]) in part.pixels().enumerate() {
-        let (scale, own, net) = (moderated[index], variances[index], of_nets[index]);
+    let mut squares: BTreeMap<[u32; 2], Vec<Vote>> = BTreeMap::new();
+    for (pixel, [x, y]) in part.pixels().enumerate() {
+        let (scale, own, net) = (moderated[pixel], variances[pixel], of_nets[pixel]);
         if scale > 0.0 && [scale, own, net].iter().all(|variance| variance.is_finite()) {
-            squares.entry([x / SQUARE, y / SQUARE]).or_default().push(index);
+            let uneven = means.map_or(0.0, |means| uneven(part.size, means, pixel) / scale);
+            let place = [x, y].map(|place| f64::from(place) / FAR);
+            let traits = [scale.ln(), uneven.max(NOISE).ln(), place[0], place[1]];
+            // Each pixel has one vote, however noisy it is.
+            let vote = Vote { pixel, runs: own / scale, nets: net / scale, traits };
+            squares.entry([x / SQUARE, y / SQUARE]).or_default().push(vote);
         }
     }
-    for mut pixels in squares.into_values() {
-        // Each pixel has one vote, however noisy it is.
-        let ratio = |pixels: &[usize], expected: f64| {
-            let sum = |of: &[f64]| pixels.iter().map(|&pixel| of[pixel] / moderated[pixel]).sum::<f64>();
-            (PRIOR * expected + sum(of_nets)) / (PRIOR + sum(variances))
-        };
-        let of_square = ratio(&pixels, 1.0);
-        pixels.sort_by(|&a, &b| order[a].total_cmp(&order[b]));
-        let alike = pixels.chunks(ALIKE);
-        let ratios: Vec<f64> = alike.clone().map(|pixels| ratio(pixels, of_square)).collect();
-        for (pixels, ratio) in alike.zip(ratios) {
-            pixels.iter().for_each(|&pixel| moderated[pixel] *= ratio);
-        }
-    }
+    squares.into_values().for_each(|mut votes| calibrate(&mut votes, 1.0, &mut moderated));
     moderated
+}
+
+/// What a pixel says of the ratio of the variances that nets and runs tell.
+#[derive(Debug)]
+struct Vote {
+    pixel: usize,
+    /// The variances, in units of the moderated one.
+    runs: f64,
+    nets: f64,
+    /// Pixels that differ in none of them are alike.
+    traits: [f64; 4],
+}
+
+/// Multiplies the variances of some pixels by the ratio that they tell, of which something is expected.
+/// Halves that are unlike tell their own, and expect that of both: nets complete the runs of a smooth pixel
+/// far better than those of one on an edge, which has a part in the pixel's variance by the square of its
+/// contrast.
+fn calibrate(votes: &mut [Vote], expected: f64, variances: &mut [f64]) {
+    let sum = |of: fn(&Vote) -> f64| votes.iter().map(of).sum::<f64>();
+    let ratio = (PRIOR * expected + sum(|vote| vote.nets)) / (PRIOR + sum(|vote| vote.runs));
+    if votes.len() < 2 * ALIKE {
+        votes.iter().for_each(|vote| variances[vote.pixel] *= ratio);
+        return;
+    }
+    let spread = |of: usize| {
+        let mean = votes.iter().map(|vote| vote.traits[of]).sum::<f64>() / votes.len() as f64;
+        votes.iter().map(|vote| (vote.traits[of] - mean).powi(2)).sum::<f64>()
+    };
+    let spreads: [f64; 4] = std::array::from_fn(spread);
+    let widest = (0..4).fold(0, |widest, of| if spreads[of] > spreads[widest] { of } else { widest });
+    let middle = votes.len() / 2;
+    votes.select_nth_unstable_by(middle, |a, b| {
+        a.traits[widest].total_cmp(&b.traits[widest]).then(a.pixel.cmp(&b.pixel))
+    });
+    let (lower, upper) = votes.split_at_mut(middle);
+    [lower, upper].into_iter().for_each(|half| calibrate(half, ratio, variances));
 }
 
 /// Sum of the squares by which the values of a pixel and its neighbours, row by row, depart from a plane:
@@ -184,8 +211,9 @@ mod tests {
         // Half of what the runs say in the left square, as much in the right one.
         let nets: Vec<f64> = part.pixels().map(|[x, _]| if x < 32 { 2.0 } else { 4.0 }).collect();
         let found = calibrated([64, 32], part, Some(&means), &runs, Some(&nets));
-        let of_square = (16.0 + 256.0) / (16.0 + 512.0);
-        let left = 4.0 * (16.0 * of_square + 32.0) / (16.0 + 64.0);
+        // 512 pixels, then halves down to 32, which expect what all of them say.
+        let halves = [512.0, 256.0, 128.0, 64.0, 32.0];
+        let left = 4.0 * halves.iter().fold(1.0, |told, n| (PRIOR * told + n / 2.0) / (PRIOR + n));
         let ends = [found[0], found[31]];
         assert!((ends[0] - left).abs() < 1e-12 && (ends[1] - 4.0).abs() < 1e-12, "{ends:?}");
         assert_eq!(calibrated([64, 32], part, Some(&means), &runs, None), runs);
@@ -218,6 +246,25 @@ mod tests {
         for ([x, _], found) in part.pixels().zip(found) {
             // A square whose pixels vote together has 0.11 for all of them.
             assert!(if is_edge(x) { (0.75..=1.0).contains(&found) } else { found < 0.3 }, "{x}: {found}");
+        }
+    }
+
+    /// A noisy body in front of a sky whose runs complete each other, both as even as one another.
+    #[test]
+    fn a_small_body_votes_by_itself() {
+        let part = Region::whole([32, 32]);
+        let is_body = |[x, y]: [u32; 2]| [x, y].iter().all(|place| (10..18).contains(place));
+        let of = |body: f64, sky: f64| -> Vec<f64> {
+            part.pixels().map(|place| if is_body(place) { body } else { sky }).collect()
+        };
+        let (runs, nets) = (of(20.0, 1.0), of(20.0, 0.05));
+        let found = calibrated([32, 32], part, Some(&of(0.5, 1.0)), &runs, Some(&nets));
+        for (place, found) in part.pixels().zip(found) {
+            // If all of the square voted together, each pixel would have 0.14 of what its runs tell.
+            let inner = place.iter().all(|place| (11..17).contains(place));
+            let outer = place.iter().any(|place| !(9..19).contains(place));
+            assert!(!inner || (12.0..=20.0).contains(&found), "{place:?}: {found}");
+            assert!(!outer || found < 0.3, "{place:?}: {found}");
         }
     }
 
