@@ -61,7 +61,8 @@ impl Lights {
     ) -> Option<Aim> {
         let mut lamps = SmallVec::new();
         for light in 0..self.lights.len() {
-            let Some(NearLamp { centre, radius, intensity, lit }) = self.place(light, ray, time, wavelengths)
+            let Some(NearLamp { centre, radius, intensity, lit }) =
+                self.near_lamp(light, ray, time, wavelengths)
             else {
                 continue;
             };
@@ -79,32 +80,22 @@ impl Lights {
     }
 
     /// In the coordinates of the scene, but for the part of the ray, which no coordinates change.
-    fn place<const C: usize>(
+    fn near_lamp<const C: usize>(
         &self,
         light: usize,
         ray: &Ray,
         time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> Option<NearLamp> {
-        let pose = self.placed(light).map(|placed| placed.at(time));
-        let world = |point: Vec3| pose.map_or(point, |pose| pose.world_point(point));
         let whole = [0.0, f64::INFINITY];
         let nm = &wavelengths.nm;
-        let light = &self.lights[light];
-        Some(match light {
+        let (centre, radius, intensity, lit) = match &self.lights[light] {
             Light::Area { geometry, mean, .. } => {
                 let (centre, radius) = geometry.ball(time);
-                let intensity = geometry.area() * mean.sample(nm).sum();
-                NearLamp { centre, radius, intensity, lit: whole }
+                (centre, radius, geometry.area() * mean.sample(nm).sum(), whole)
             }
-            Light::Point { position, intensity } => NearLamp {
-                centre: world(*position),
-                radius: 0.0,
-                intensity: intensity.sample(nm).sum(),
-                lit: whole,
-            },
             Light::Spot(spot) => {
-                let local = match pose {
+                let local = match self.placed(light).map(|placed| placed.at(time)) {
                     None => *ray,
                     Some(pose) => Ray {
                         origin: pose.local_point(ray.origin),
@@ -112,17 +103,11 @@ impl Lights {
                         ..*ray
                     },
                 };
-                let intensity = spot.intensity.sample(nm).sum();
-                NearLamp { centre: world(spot.position), radius: 0.0, intensity, lit: spot.lit(&local)? }
+                (self.place(light, time)?, 0.0, spot.intensity.sample(nm).sum(), spot.lit(&local)?)
             }
-            Light::Projector(projector) => NearLamp {
-                centre: world(projector.position),
-                radius: 0.0,
-                intensity: light.spectrum().sample(nm).sum(),
-                lit: whole,
-            },
-            Light::Directional { .. } => return None,
-        })
+            other => (self.place(light, time)?, 0.0, other.spectrum().sample(nm).sum(), whole),
+        };
+        Some(NearLamp { centre, radius, intensity, lit })
     }
 }
 

@@ -46,6 +46,8 @@ use crate::texture::{Texture, TexturePoint};
 use choice::{Choice, Chosen};
 use guide::Guides;
 use lamps::Lamps;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
 use tree::Bound;
 
 /// A light within the scene, or one whose light comes from one direction.
@@ -148,6 +150,8 @@ pub struct Lights {
     /// Where lights without a surface stand over time, by light, as far as there is one that moves. What the
     /// light says is then in coordinates of its own.
     placed: Vec<Option<Placed>>,
+    /// See [`Self::flush`]; those without are left out.
+    flush: BTreeMap<usize, Vec<SurfacePoint>>,
     environment: Option<Environment>,
     choice: Choice,
     /// Where there are few lights, of kinds that are sampled for several surfaces at once.
@@ -183,6 +187,28 @@ impl Lights {
 
     fn placed(&self, light: usize) -> Option<&Placed> {
         self.placed.get(light)?.as_ref()
+    }
+
+    /// Says which surfaces lie through lights without extent that do not move: by place.
+    pub fn set_flush(&mut self, surfaces: impl Fn(Vec3) -> Vec<SurfacePoint> + Sync) {
+        let of = |light: usize| {
+            let place = self.lights[light].place().filter(|_| self.placed(light).is_none())?;
+            Some((light, surfaces(place))).filter(|(_, found)| !found.is_empty())
+        };
+        self.flush = (0..self.lights.len()).into_par_iter().filter_map(of).collect();
+    }
+
+    /// The surfaces that lie through a light without extent, each with how far from it the light is to be
+    /// taken to stand: on the side of what it lights. Rounding would decide on which side it stands, and a
+    /// lamp at the height of the ceiling light nothing.
+    pub fn flush(&self, light: usize) -> &[SurfacePoint] {
+        self.flush.get(&light).map_or(&[], Vec::as_slice)
+    }
+
+    /// Where a light without a surface stands at a time. `None` for others, and those that are far away.
+    pub fn place(&self, light: usize, time: f64) -> Option<Vec3> {
+        let own = self.lights[light].place()?;
+        Some(self.placed(light).map_or(own, |placed| placed.at(time).world_point(own)))
     }
 
     /// Whether there is nothing to sample.
@@ -275,9 +301,12 @@ impl Lights {
         let pose = self.placed(light).map(|placed| placed.at(time));
         let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
             let position = pose.map_or(position, |pose| pose.world_point(position));
-            let target = SurfacePoint { position, normal: Vec3::Z, error: 0.0 };
+            let toward = from.position - position;
+            let squared = toward.length_squared();
+            let off = |surface: &SurfacePoint| surface.leave(toward) - surface.position;
+            let end = position + self.flush(light).iter().map(off).sum::<Vec3>();
+            let target = SurfacePoint { position: end, normal: toward / squared.sqrt(), error: 0.0 };
             let shadow_ray = from.segment_to(&target)?;
-            let squared = from.position.distance_squared(position);
             let away = -shadow_ray.direction;
             let away = pose.map_or(away, |pose| pose.local_vector(away));
             let irradiance = intensity(away) / (squared * probability);
@@ -374,6 +403,17 @@ impl Lights {
 }
 
 impl Light {
+    /// Where a light without a surface stands, in its own coordinates. `None` for others, and those that are
+    /// far away.
+    pub fn place(&self) -> Option<Vec3> {
+        match self {
+            Self::Point { position, .. } => Some(*position),
+            Self::Spot(spot) => Some(spot.position),
+            Self::Projector(projector) => Some(projector.position),
+            Self::Area { .. } | Self::Directional { .. } => None,
+        }
+    }
+
     /// Radiance, radiant intensity or irradiance; where that differs from place to place, about the mean of
     /// it. Above 0 at every wavelength at which there is any light.
     pub fn spectrum(&self) -> &Spectrum {

@@ -391,3 +391,28 @@ fn opaque_shapes_may_state_a_medium_that_rays_get_into_elsewhere() {
     let error = told("", "").unwrap_err();
     assert!(error.contains("no ray ever gets into this medium") && error.contains("`null`"), "{error}");
 }
+
+/// Two open sides of a slab, each with the fog in it, wherever the file states that.
+#[test]
+fn media_that_are_alike_are_one() {
+    let fog = |name: &str| {
+        format!(
+            r#"<medium type="homogeneous" {name}><spectrum name="sigma_t" value="0.8"/>
+            <spectrum name="albedo" value="0.5"/><phase type="hg"><float name="g" value="0.3"/></phase></medium>"#
+        )
+    };
+    let slab = |inside: &str| {
+        let side = |angle: f64, x: f64| {
+            format!(
+                r#"<shape type="rectangle"><transform name="to_world"><scale value="3"/>
+                <rotate y="1" angle="{angle}"/><translate x="{x}"/></transform><bsdf type="null"/>{inside}</shape>"#
+            )
+        };
+        side(90.0, 1.0) + &side(-90.0, -1.0)
+    };
+    let one = format!("{}{}", fog(r#"id="fog""#), slab(r#"<ref name="interior" id="fog"/>"#));
+    let two = slab(&fog(r#"name="interior""#));
+    let [one, two] = [one, two].map(|content| radiance(&content, SIDES[0]));
+    assert!(one.0 < 0.9, "{one:?}");
+    assert_eq!(one, two);
+}

@@ -19,6 +19,7 @@ mod frames;
 mod groups;
 mod images;
 mod json;
+mod lamps;
 mod lenses;
 mod long;
 mod models;

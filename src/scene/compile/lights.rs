@@ -3,7 +3,7 @@
 use super::Compiler;
 use super::spectra;
 use crate::accel::Accel;
-use crate::geometry::{Bounds, Motion, Placed, Ray, Transform, Vec3};
+use crate::geometry::{Bounds, Motion, Placed, Ray, SurfacePoint, Transform, Vec3};
 use crate::light::sky::{self, Sky, SkySettings};
 use crate::light::{AreaGeometry, Environment, EnvironmentMap, Light, Lights, Projector, Spot, Texel};
 use crate::medium;
@@ -203,8 +203,8 @@ impl Compiler<'_> {
         media: &[&medium::Emission],
         lit: &Lit,
     ) -> f64 {
-        let &Lit { accel, bounds, eyes, time } = lit;
-        let scene_radius = 0.5 * bounds.diameter();
+        let &Lit { accel, bounds, eyes, time, .. } = lit;
+        let scene_radius = radius(bounds);
         /// Spots that are so many times as bright as the whole fit beside it.
         const HEAD: f64 = 256.0;
         /// Rays for all lights that need them.
@@ -237,10 +237,13 @@ impl Compiler<'_> {
             Light::Directional { .. } => false,
         };
         let rays = (MOST_RAYS / lights.iter().filter(needs_rays).count().max(1)).clamp(1, 256) as u32;
-        let area = |position: Vec3| {
+        let spread = |light: usize| {
+            let Some(position) = lights.place(light, time) else { return PI };
             // A floor may reach far, and what a light shines upon be near it, but no nearer than the scene.
             let far = (scene_radius / 64.0).max(bounds.gap(Bounds::of([position])));
-            let near = nearest(accel, position, 0.0, time, rays).clamp(far / 4096.0, far);
+            // Next to the lamp, a surface that it lies in is lit edge-on.
+            let beyond = if lights.flush(light).is_empty() { 0.0 } else { scene_radius / 4096.0 };
+            let near = nearest(accel, position, beyond, time, rays).clamp(far / 4096.0, far);
             4.0 * PI * (near * near).max(f64::MIN_POSITIVE)
         };
         let darker = |geometry: &AreaGeometry| {
@@ -258,7 +261,7 @@ impl Compiler<'_> {
             Some(key) => *known.entry(key).or_insert_with(|| luminance(spectrum)),
             None => luminance(spectrum),
         };
-        let seen = lights.iter().map(|light| {
+        let seen = lights.iter().enumerate().map(|(index, light)| {
             luminance_of(light.spectrum())
                 * match light {
                     Light::Area { geometry, radiance, mean } => {
@@ -270,10 +273,10 @@ impl Compiler<'_> {
                         let peak = if peak.is_finite() { (peak / HEAD).max(1.0) } else { 1.0 };
                         peak * darker(geometry)
                     }
-                    Light::Point { position, .. } => 1.0 / area(*position),
-                    Light::Spot(spot) => 1.0 / area(spot.position),
-                    Light::Projector(projector) => 1.0 / area(projector.position),
-                    Light::Directional { .. } => 1.0 / PI,
+                    Light::Point { .. }
+                    | Light::Spot(_)
+                    | Light::Projector(_)
+                    | Light::Directional { .. } => 1.0 / spread(index),
                 }
         });
         let around = lights
@@ -332,13 +335,19 @@ fn depth_of_media(scene_radius: f64) -> f64 {
     0.25 * scene_radius
 }
 
-/// A box around the lights without a surface that have a place.
-pub(super) fn places(lights: &[Light]) -> Bounds {
-    Bounds::of(lights.iter().filter_map(|light| match light {
-        Light::Point { position, .. } => Some(*position),
-        Light::Spot(spot) => Some(spot.position),
-        Light::Projector(projector) => Some(projector.position),
-        Light::Area { .. } | Light::Directional { .. } => None,
+/// That of a sphere around a scene. Where nothing has a size, a unit stands for it: a sky over nothing is
+/// seen all the same.
+pub(super) fn radius(bounds: Bounds) -> f64 {
+    let radius = 0.5 * bounds.diameter();
+    if radius > 0.0 { radius } else { 1.0 }
+}
+
+/// A box around the lights without a surface that have a place, of which some move.
+pub(super) fn places(lights: &[Light], moving: &[(usize, Placed)], during: [f64; 2]) -> Bounds {
+    let placed: HashMap<usize, &Placed> = moving.iter().map(|(light, placed)| (*light, placed)).collect();
+    Bounds::of_all(lights.iter().enumerate().filter_map(|(index, light)| {
+        let place = Bounds::of([light.place()?]);
+        Some(placed.get(&index).map_or(place, |placed| placed.bounds(place, during)))
     }))
 }
 
@@ -351,12 +360,41 @@ fn surroundings(environment: &Environment, scene_radius: f64) -> (&Spectrum, f64
 pub(super) struct Lit<'a> {
     /// Says what lights without extent, and small ones, may be near.
     pub accel: &'a Accel,
+    pub shapes: &'a [Shape],
     /// Around all that they may shine upon.
     pub bounds: Bounds,
     /// Where camera rays begin.
     pub eyes: Bounds,
     /// When it is looked at.
     pub time: f64,
+}
+
+impl Lit<'_> {
+    /// The surfaces through a place, to within what they are rounded by, each with twice as much for its
+    /// error.
+    pub fn surfaces_through(&self, place: Vec3) -> Vec<SurfacePoint> {
+        /// Vertices of meshes have single precision; so large a part of the scene bounds what that does to a
+        /// plane.
+        const ROUNDED: f64 = 1.0 / (1u64 << 22) as f64;
+        let of_meshes = ROUNDED * radius(self.bounds);
+        let mut found: Vec<SurfacePoint> = Vec::new();
+        // A plane so near to the place crosses one of the axes near it.
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            let ray = Ray { origin: place - 2.0 * of_meshes * axis, direction: axis, t_max: 4.0 * of_meshes };
+            let Some(hit) = self.accel.closest(&ray, self.time) else { continue };
+            let SurfacePoint { position, normal, error } =
+                self.accel.surface(self.shapes, &hit, &ray, self.time).point;
+            let rounded = match self.shapes[hit.shape as usize] {
+                Shape::Mesh(_) => of_meshes,
+                _ => 8.0 * error,
+            };
+            let is_known = found.iter().any(|known| known.normal.dot(normal).abs() > 1.0 - 1e-9);
+            if !is_known && (place - position).dot(normal).abs() <= rounded {
+                found.push(SurfacePoint { position, normal, error: 2.0 * rounded });
+            }
+        }
+        found
+    }
 }
 
 /// About how far the nearest surface is from a place, leaving out those within a distance, by so many rays in

@@ -32,6 +32,9 @@ pub(super) struct MaterialCompiler {
     known: BTreeMap<*const Bsdf, MaterialId>,
     /// By place: a medium that several shapes refer to is one.
     pub(super) known_media: BTreeMap<(usize, usize), u32>,
+    /// By hash: so are media that are alike. Rays enter and leave a slab by open surfaces of its own medium
+    /// each.
+    pub(super) media_by_hash: BTreeMap<u64, u32>,
     /// The media inside of shapes that let no light through.
     sealed: Vec<Place>,
 }
@@ -46,6 +49,7 @@ impl MaterialCompiler {
             media: Vec::new(),
             known: BTreeMap::new(),
             known_media: BTreeMap::new(),
+            media_by_hash: BTreeMap::new(),
             sealed: Vec::new(),
         }
     }

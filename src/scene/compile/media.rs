@@ -32,9 +32,16 @@ impl MaterialCompiler {
         if let Some(&known) = self.known_media.get(&key) {
             return Ok(known);
         }
-        let compiled = self.compiled_medium(medium)?;
-        self.media.push(Some(compiled).filter(|medium| !medium.is_clear(self.range)));
-        let id = self.media.len() as u32 - 1;
+        let hash = medium.hash();
+        let id = match self.media_by_hash.get(&hash) {
+            Some(&alike) => alike,
+            None => {
+                let compiled = self.compiled_medium(medium)?;
+                self.media.push(Some(compiled).filter(|medium| !medium.is_clear(self.range)));
+                self.media.len() as u32 - 1
+            }
+        };
+        self.media_by_hash.insert(hash, id);
         self.known_media.insert(key, id);
         Ok(id)
     }

@@ -149,7 +149,7 @@ impl<'a> Compiler<'a> {
             boxes_of,
             lamps: LazyCell::new(|| {
                 let mut lamps = boxes_of(&|shape| surfaces[shape].light.is_some());
-                lamps.extend(lights.iter().map(|light| lights::places(std::slice::from_ref(light))));
+                lamps.extend(lights.iter().filter_map(Light::place).map(|place| Bounds::of([place])));
                 lamps.retain(|lamp| !lamp.is_empty());
                 lamps.extend((!moving_lights.is_empty()).then_some(contact::EVERYWHERE));
                 lamps
@@ -166,9 +166,12 @@ impl<'a> Compiler<'a> {
         let lit_bounds = match scattering {
             false => accel.bounds(),
             // Fog is seen where there is no surface, too.
-            true => accel.bounds().union(camera.origins(during)).union(lights::places(&lights)),
+            true => {
+                let lamps = lights::places(&lights, &moving_lights, during);
+                accel.bounds().union(camera.origins(during)).union(lamps)
+            }
         };
-        let scene_radius = 0.5 * lit_bounds.diameter();
+        let scene_radius = lights::radius(lit_bounds);
         let integrator = self.integrator();
         let responses = self.responses(&camera, &film);
         let wavelengths = match integrator {
@@ -181,6 +184,14 @@ impl<'a> Compiler<'a> {
         let lights_move = !moving_lights.is_empty() || camera.is_moving();
         let choice = light::Setting { during, density: &wavelengths };
         let mut lights = Lights::new(lights, environment, moving_lights, &choice);
+        let lit = lights::Lit {
+            accel: &accel,
+            shapes: &shapes,
+            bounds: lit_bounds,
+            eyes: camera.origins(during),
+            time: shutter.time(0.5),
+        };
+        lights.set_flush(|place| lit.surfaces_through(place));
         lights.set_facets(|light| {
             let shape = surfaces.iter().position(|surface| surface.light == Some(light as u32));
             shape.map_or(NO_FACET, |shape| accel.facet_of(shape as u32, 0))
@@ -239,11 +250,9 @@ impl<'a> Compiler<'a> {
         features.visible_lamps =
             light_tracing.as_ref().is_some_and(|tracing| tracing.visible_lamps.is_some());
 
-        let eyes = camera.origins(during);
         let (reference_radiance, warnings) = match integrator {
-            Integrator::Depth => (accel.bounds().union(eyes).diameter(), Vec::new()),
+            Integrator::Depth => (accel.bounds().union(lit.eyes).diameter(), Vec::new()),
             Integrator::Path | Integrator::Walk => {
-                let lit = lights::Lit { accel: &accel, bounds: lit_bounds, eyes, time: shutter.time(0.5) };
                 let reference = self.reference(&film, &lights, &emitting, &lit);
                 (reference, self.dark(reference, &lights).into_iter().collect())
             }

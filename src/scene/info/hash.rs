@@ -1,5 +1,6 @@
-use super::super::Description;
-use super::super::write::{self, Node, Value};
+use super::super::description::{Description, Medium};
+use super::super::plugins::media;
+use super::super::write::{self, Node, Value, Writer};
 use crate::geometry::Transform;
 use crate::sampling::digest;
 use crate::shape::{ControlNet, ControlPoint, MeshAttribute, MeshData};
@@ -11,6 +12,13 @@ impl Description {
     /// how the file is laid out, on comments, names or paths.
     pub fn hash(&self) -> u64 {
         Hasher::default().object(&write::scene(self))
+    }
+}
+
+impl Medium {
+    /// The same of a medium: media that are alike have one hash, wherever the file states them.
+    pub(in crate::scene) fn hash(&self) -> u64 {
+        Hasher::default().object(&media::node(self, &mut Writer::default()))
     }
 }
 
