@@ -11,7 +11,7 @@ use crate::raster::Image;
 use crate::scene::FilmPlan;
 use crate::scene::description::{LightKind, SpectrumKind, SpectrumSource};
 use crate::scene::source::{Place, SceneError};
-use crate::shape::Shape;
+use crate::shape::{NO_INSTANCE, Shape};
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
 use crate::texture::Texture;
@@ -373,10 +373,9 @@ impl Lit<'_> {
     /// The surfaces through a place, to within what they are rounded by, each with twice as much for its
     /// error.
     pub fn surfaces_through(&self, place: Vec3) -> Vec<SurfacePoint> {
-        /// Vertices of meshes have single precision; so large a part of the scene bounds what that does to a
-        /// plane.
-        const ROUNDED: f64 = 1.0 / (1u64 << 22) as f64;
-        let of_meshes = ROUNDED * radius(self.bounds);
+        /// Vertices of meshes have single precision: each coordinate is off by at most so large a part of it.
+        const ROUNDED: f64 = 1.0 / (1u64 << 24) as f64;
+        let of_meshes = 4.0 * ROUNDED * radius(self.bounds);
         let mut found: Vec<SurfacePoint> = Vec::new();
         // A plane so near to the place crosses one of the axes near it.
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
@@ -384,10 +383,16 @@ impl Lit<'_> {
             let Some(hit) = self.accel.closest(&ray, self.time) else { continue };
             let SurfacePoint { position, normal, error } =
                 self.accel.surface(self.shapes, &hit, &ray, self.time).point;
-            let rounded = match self.shapes[hit.shape as usize] {
-                Shape::Mesh(_) => of_meshes,
-                _ => 8.0 * error,
+            let of_vertices = match &self.shapes[hit.shape as usize] {
+                Shape::Mesh(_) if hit.instance != NO_INSTANCE => of_meshes,
+                Shape::Mesh(mesh) => {
+                    let corners = mesh.triangle(hit.triangle).map(Vec3::abs);
+                    let largest = corners.into_iter().fold(Vec3::ZERO, Vec3::max);
+                    ROUNDED * largest.dot(normal.abs())
+                }
+                _ => 0.0,
             };
+            let rounded = of_vertices + 8.0 * error;
             let is_known = found.iter().any(|known| known.normal.dot(normal).abs() > 1.0 - 1e-9);
             if !is_known && (place - position).dot(normal).abs() <= rounded {
                 found.push(SurfacePoint { position, normal, error: 2.0 * rounded });
