@@ -269,6 +269,15 @@ fn both_sides() {
     };
     assert!(!sides(r#"<bsdf type="diffuse"/>"#));
     assert!(sides(r#"<bsdf type="diffuse"/><bsdf type="conductor"/>"#));
+    // Either side is seen from its front, so within another both show that of the inner one.
+    let inner = r#"<bsdf type="twosided"><bsdf type="conductor"/><bsdf type="diffuse"/></bsdf>"#;
+    assert!(!sides(inner));
+    match bsdf(&format!(r#"<bsdf type="twosided"><bsdf type="diffuse"/>{inner}</bsdf>"#)).kind {
+        BsdfKind::TwoSided { back: Some(back), .. } => {
+            assert!(matches!(back.kind, BsdfKind::Conductor { .. }), "{back:?}");
+        }
+        other => panic!("{other:?}"),
+    }
     let leaf = bsdf(r#"<bsdf type="diffusetransmitter"/>"#).kind;
     assert!(matches!(leaf, BsdfKind::DiffuseTransmitter { reflectance, transmittance }
         if is_constant(&reflectance, 0.25) && is_constant(&transmittance, 0.25)));

@@ -113,7 +113,8 @@ impl Field for Map {
     }
 }
 
-/// Refuses sides that let light through where that is not asked for, and sides of sides.
+/// Refuses sides that let light through where that is not asked for. Either side is seen from its front: of
+/// another `twosided`, that is the BSDF of its front alone.
 pub fn opaque(query: &Query<'_>, kind: BsdfKind) -> Option<BsdfKind> {
     let BsdfKind::TwoSided { front, back, allow_transmission } = &kind else { return Some(kind) };
     let places = query.object.entries.iter().filter_map(|entry| match entry.value {
@@ -122,19 +123,20 @@ pub fn opaque(query: &Query<'_>, kind: BsdfKind) -> Option<BsdfKind> {
     });
     for ((entry, id), bsdf) in places.zip([front].into_iter().chain(back)) {
         let plugin = &query.reader.tree.get(id).plugin;
-        let problem = if matches!(bsdf.kind, BsdfKind::TwoSided { .. }) {
-            "\"twosided\" cannot hold another \"twosided\"".to_owned()
-        } else if bsdf.kind.transmits() && !allow_transmission {
-            format!("\"twosided\" cannot hold \"{plugin}\", which lets light through")
-        } else {
-            continue;
-        };
-        query.error(
-            SceneError::at(&entry.place, problem, "expected a BSDF that only reflects")
-                .with_remedy("use the nested BSDF by itself"),
-        );
+        if bsdf.kind.transmits() && !allow_transmission {
+            let problem = format!("\"twosided\" cannot hold \"{plugin}\", which lets light through");
+            query.error(
+                SceneError::at(&entry.place, problem, "expected a BSDF that only reflects")
+                    .with_remedy("use the nested BSDF by itself"),
+            );
+        }
     }
-    Some(kind)
+    let seen = |side: &Arc<Bsdf>| match &side.kind {
+        BsdfKind::TwoSided { front, .. } => front.clone(),
+        _ => side.clone(),
+    };
+    let back = back.as_ref().map(seen);
+    Some(BsdfKind::TwoSided { front: seen(front), back, allow_transmission: *allow_transmission })
 }
 
 /// The BSDFs within one that holds a fixed number of them.
