@@ -68,13 +68,13 @@ const PRIOR: f64 = 32.0;
 /// Pixels as far apart as this, in pixels, are as unlike as those of which one is e times as noisy.
 const FAR: f64 = 16.0;
 
-/// Half of what noise alone makes of [`uneven`], in units of the variance.
-const NOISE: f64 = 3.0;
+/// What counts as perfectly even, in units of the variance.
+const EVEN: f64 = 1e-12;
 
 /// The same of replicates that are runs of nets, and so tell too large a variance: `of_nets` are the
 /// variances that the nets tell, which are right on average. Their ratio over pixels of a square of the film
-/// that are alike says by how much: as noisy as one another, as uneven in units of their noise where their
-/// `means` are known, and close together. `part` is where the pixels are on the whole film.
+/// that are alike says by how much: as noisy as one another, as uneven where their `means` are known, and
+/// close together. `part` is where the pixels are on the whole film.
 pub fn calibrated(
     picture: [u32; 2],
     part: Region,
@@ -88,9 +88,9 @@ pub fn calibrated(
     for (pixel, [x, y]) in part.pixels().enumerate() {
         let (scale, own, net) = (moderated[pixel], variances[pixel], of_nets[pixel]);
         if scale > 0.0 && [scale, own, net].iter().all(|variance| variance.is_finite()) {
-            let uneven = means.map_or(0.0, |means| uneven(part.size, means, pixel) / scale);
-            let place = [x, y].map(|place| f64::from(place) / FAR);
-            let traits = [scale.ln(), uneven.max(NOISE).ln(), place[0], place[1]];
+            let uneven = means.map_or(1.0, |means| uneven(part.size, means, pixel).max(EVEN * scale));
+            let [x_trait, y_trait] = [x, y].map(|place| f64::from(place) / FAR);
+            let traits = [scale.ln(), uneven.ln(), x_trait, y_trait];
             // Each pixel has one vote, however noisy it is.
             let vote = Vote { pixel, runs: own / scale, nets: net / scale, traits };
             squares.entry([x / SQUARE, y / SQUARE]).or_default().push(vote);
@@ -249,7 +249,7 @@ mod tests {
         }
     }
 
-    /// A noisy body in front of a sky whose runs complete each other, both as even as one another.
+    /// A noisy body in front of a sky as bright whose runs complete each other.
     #[test]
     fn a_small_body_votes_by_itself() {
         let part = Region::whole([32, 32]);
@@ -258,7 +258,14 @@ mod tests {
             part.pixels().map(|place| if is_body(place) { body } else { sky }).collect()
         };
         let (runs, nets) = (of(20.0, 1.0), of(20.0, 0.05));
-        let found = calibrated([32, 32], part, Some(&of(0.5, 1.0)), &runs, Some(&nets));
+        // As noisy as the nets tell: equally spread with a variance of 1, in an order that looks random.
+        let spread = |pixel: usize| (((pixel * 397 + 59) % 1021) as f64 / 1021.0 - 0.5) * 12_f64.sqrt();
+        let means: Vec<f64> = nets
+            .iter()
+            .enumerate()
+            .map(|(pixel, variance)| 100.0 + spread(pixel) * variance.sqrt())
+            .collect();
+        let found = calibrated([32, 32], part, Some(&means), &runs, Some(&nets));
         for (place, found) in part.pixels().zip(found) {
             // If all of the square voted together, each pixel would have 0.14 of what its runs tell.
             let inner = place.iter().all(|place| (11..17).contains(place));
