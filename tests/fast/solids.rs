@@ -223,3 +223,61 @@ fn a_solid_is_one_body() {
     scene(&pair(&glass(1.5), &glass(1.5)));
     scene(&pair(&glass(1.5), r#"<bsdf type="diffuse"/>"#));
 }
+
+/// What a union shows, and what it shows as one part of an intersection with all that is around.
+#[track_caller]
+fn assert_as_a_part(name: &str, around: &str, union: &str) {
+    let everything = r#"<shape type="sphere"><float name="radius" value="50"/></shape>"#;
+    let part = format!(r#"{around}<shape type="intersection">{union}{everything}</shape>"#);
+    let [(mean, error), (expected, error_expected)] = [format!("{around}{union}"), part]
+        .map(|content| luminance(&expose(&scene(&content), &settings(256, WavelengthCount::Four, 1))));
+    let bound = 4.0 * error.hypot(error_expected);
+    assert!(bound < 0.05 * expected, "{name}: {expected} ± {error_expected}");
+    assert!((mean - expected).abs() < bound, "{name}: {mean} ± {error} for {expected} ± {error_expected}");
+}
+
+/// A room of two balls that reach into each other, of which the camera is in one and the lamp in the other.
+#[test]
+fn who_is_within_a_union_sees_no_inner_faces() {
+    let ball = |center: &str| {
+        format!(
+            r#"<shape type="sphere"><point name="center" {center}/><float name="radius" value="1.6"/>
+            <bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>"#
+        )
+    };
+    let union = format!(
+        r#"<shape type="union">{}{}</shape>"#,
+        ball(r#"x="0.9" y="1.3" z="3.6""#),
+        ball(r#"x="0.3" y="0.4" z="1.4""#)
+    );
+    let lamp = r#"<shape type="sphere"><point name="center" x="0.3" y="1" z="1"/><float name="radius" value="0.3"/>
+        <emitter type="area"><spectrum name="radiance" value="5"/></emitter></shape>"#;
+    assert_as_a_part("a room", lamp, &union);
+}
+
+#[test]
+fn faces_of_lamps_that_coincide_in_a_union_shine_once() {
+    let half = |z: f64| {
+        format!(
+            r#"<shape type="cube"><transform name="to_world"><scale x="0.5" y="0.5" z="0.3"/><translate z="{z}"/></transform>
+            <emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape>"#
+        )
+    };
+    let floor = r#"<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="3"/>
+        <translate y="-0.6"/></transform></shape>"#;
+    assert_as_a_part("a lamp", floor, &format!(r#"<shape type="union">{}{}</shape>"#, half(-0.2), half(0.2)));
+}
+
+#[test]
+fn nothing_measures_on_a_curve() {
+    let folder = crate::common::folder::Folder::new("curve-meter");
+    folder.write("curve.txt", "0 0 0 0.1\n1 0 0 0.1\n");
+    folder.write(
+        "scene.xml",
+        r#"<scene version="3.0.0"><shape type="linearcurve"><string name="filename" value="curve.txt"/>
+        <sensor type="irradiancemeter"><film type="hdrfilm"><integer name="width" value="1"/><integer name="height" value="1"/>
+        <rfilter type="box"/></film></sensor></shape><emitter type="constant"/></scene>"#,
+    );
+    let told = folder.ends(2, &["render", "scene.xml"]);
+    assert!(told.contains("A sensor cannot measure on curves"), "{told}");
+}

@@ -19,6 +19,8 @@ pub(super) struct Flat<'a> {
     pub solids: Vec<Plan>,
     /// Shapes that are no part of anything and move, with their motion.
     pub moving: Vec<(Piece<'a>, Keys)>,
+    /// A box around where rays begin, as far as that is known in the coordinates of the group.
+    pub eyes: Option<Bounds>,
 }
 
 /// What stands above a part within its solid.
@@ -74,11 +76,15 @@ impl<'a> Flat<'a> {
 
     /// A union whose inside cannot be seen is compiled as its parts, and costs no more than these.
     ///
-    /// That is exact for all light that begins outside: what lies within another part is hidden by it. A
-    /// camera within would see inner faces, and where two faces coincide that look the same way, either may
-    /// be met, as with any shapes.
+    /// That is exact for all light that begins outside: what lies within another part is hidden by it. Where
+    /// two faces coincide that look the same way, either may be met, as with any shapes; light samples would
+    /// find both, if they shine.
     fn split(&mut self, solid: &'a Solid, above: &Above) {
-        if solid.operation != Operation::Union || solid.leaves().iter().any(|leaf| leaf.bsdf.kind.transmits())
+        let leaves = solid.leaves();
+        if solid.operation != Operation::Union
+            || leaves.iter().any(|leaf| leaf.bsdf.kind.transmits())
+            || leaves.iter().filter(|leaf| leaf.emission.is_some()).count() > 1
+            || self.may_begin_in(solid, above)
         {
             let plan = self.plan(solid, above);
             self.solids.push(plan);
@@ -105,6 +111,14 @@ impl<'a> Flat<'a> {
                 }
             }
         }
+    }
+
+    /// Whether rays may begin within one of the parts, from where the inner faces of others can be seen.
+    fn may_begin_in(&self, solid: &'a Solid, above: &Above) -> bool {
+        let Some(eyes) = self.eyes else { return false };
+        let mut parts = Flat::default();
+        parts.plan(solid, above);
+        parts.pieces.iter().any(|piece| piece.bounds_during(above.shutter).gap(eyes) <= 0.0)
     }
 
     fn plan(&mut self, solid: &'a Solid, above: &Above) -> Plan {

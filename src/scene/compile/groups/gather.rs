@@ -2,8 +2,8 @@
 
 use super::{Group, Groups, Instance, Piece, centre, lamps, placing};
 use crate::geometry::{Bounds, Transform};
-use crate::scene::compile::shapes;
 use crate::scene::compile::solids::Flat;
+use crate::scene::compile::{sensors, shapes};
 use crate::scene::description::{self, Animation, Description, ShapeDescription, ShapeGroup};
 use crate::scene::source::Place;
 use crate::shape;
@@ -48,7 +48,7 @@ impl<'a> Groups<'a> {
         let mut gathering = Gathering { groups: Vec::new(), known: BTreeMap::new(), shutter };
         let (moving, still): (Vec<&ShapeDescription>, Vec<&ShapeDescription>) =
             description.shapes.iter().partition(|shape| shape.motion.is_some());
-        let mut own = Flat::default();
+        let mut own = Flat { eyes: Some(sensors::eyes(&description.sensor)), ..Flat::default() };
         let (apart, still): (Vec<&ShapeDescription>, Vec<&ShapeDescription>) =
             still.into_iter().partition(|shape| is_apart(shape));
         own.pieces.extend(still.into_iter().map(|shape| Piece::whole(shape, shape.to_world)));
@@ -118,14 +118,7 @@ struct Gathering<'a> {
 
 impl<'a> Gathering<'a> {
     fn group(&self, flat: Flat<'a>, instances: Vec<Instance<'a>>) -> Group<'a> {
-        let boxes: Vec<Bounds> = flat
-            .pieces
-            .iter()
-            .map(|piece| match piece.motion() {
-                None => piece.bounds(),
-                Some(motion) => motion.bounds(piece.bounds(), self.shutter),
-            })
-            .collect();
+        let boxes: Vec<Bounds> = flat.pieces.iter().map(|piece| piece.bounds_during(self.shutter)).collect();
         let Flat { pieces, solids, .. } = flat;
         let of_shapes = pieces.iter().zip(&boxes).filter(|(piece, _)| !piece.part).map(|(_, bounds)| *bounds);
         let of_solids = solids.iter().map(|plan| plan.bounds(&boxes));

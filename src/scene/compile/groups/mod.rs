@@ -146,6 +146,12 @@ impl<'a> Piece<'a> {
     fn motion(&self) -> Option<Motion> {
         motion(self.keys.as_ref(), &self.to_keys)
     }
+
+    /// Bounds in the coordinates of the group, from one time to another.
+    pub fn bounds_during(&self, during: [f64; 2]) -> Bounds {
+        let placed = self.bounds();
+        self.motion().map_or(placed, |motion| motion.bounds(placed, during))
+    }
 }
 
 impl<'a> Instance<'a> {

@@ -11,7 +11,7 @@ use crate::camera::{
 };
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::scene::description::{
-    self, AngularMap, DistantTarget, FieldOfView, FovAxis, Lens, Sensor, SensorKind,
+    self, AngularMap, DistantTarget, FieldOfView, FovAxis, Lens, Sensor, SensorKind, ShapeKind,
 };
 use crate::scene::source::SceneError;
 use crate::shape::Shape;
@@ -167,6 +167,12 @@ impl Compiler<'_> {
             self.errors.push(error.with_remedy("give it a <transform> in place of the <animation>"));
             return None;
         }
+        if let ShapeKind::Curves { .. } = shape.kind {
+            let problem = "A sensor cannot measure on curves, here as in Mitsuba 3";
+            let error = SceneError::at(&shape.place, problem, "expected a shape whose area is known");
+            self.errors.push(error.with_remedy("a sweptsphere of the same file can be measured on"));
+            return None;
+        }
         let surface = shapes::place(shape, &shape.to_world.then(shift), shape.flip_normals, false);
         let surface = self.keep(&shape.place, surface)?;
         let area = surface.area();
@@ -180,6 +186,25 @@ impl Compiler<'_> {
         ));
         None
     }
+}
+
+/// A box around where the rays of a sensor begin, in the file's coordinates: for cameras a cube that reaches
+/// as far as the near clipping plane.
+pub(super) fn eyes(sensor: &Sensor) -> Bounds {
+    let (to_world, reach) = match &sensor.kind {
+        SensorKind::Perspective { to_world, near_clip, .. }
+        | SensorKind::Angular { to_world, near_clip, .. } => (to_world, *near_clip),
+        SensorKind::Orthographic { to_world, near_clip, .. } => (to_world, near_clip.max(1.0)),
+        SensorKind::Plane { to_world, width, .. } => (to_world, 0.5 * width),
+        SensorKind::RadianceMeter { origin, .. } => return Bounds::of([*origin]),
+        SensorKind::IrradianceMeter { surface } => return shapes::bounds(surface, &surface.to_world),
+        SensorKind::Distant { .. } => return Bounds::EMPTY,
+        SensorKind::Batch(sensors) => return Bounds::of_all(sensors.iter().map(eyes)),
+    };
+    let cube = Bounds::of([Vec3::splat(-reach), Vec3::splat(reach)]);
+    let keys = sensor.motion.iter().flat_map(|motion| motion.keys.iter().map(|(_, to_world)| to_world));
+    let placed = std::iter::once(to_world).chain(keys);
+    Bounds::of(placed.flat_map(|to_world| cube.corners().map(|corner| to_world.point(corner))))
 }
 
 /// Tangent of half the horizontal field of view, for a film of this width and height.

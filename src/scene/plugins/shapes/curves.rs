@@ -75,20 +75,17 @@ fn load(query: &Query<'_>, kind: CurveKind) -> Option<(PathBuf, Arc<Vec<Vec<Cont
     Some((file, Arc::new(curves)))
 }
 
-/// Refuses lights and sensors on fibres, whose area is not known.
+/// Refuses lights on fibres, whose area is not known.
 fn refuse_lights(query: &Query<'_>) {
     if query.has("flip_normals") {
         query
             .reader
             .extension(&query.place("flip_normals"), format!("flip_normals on a {}", query.object.plugin));
     }
-    for class in [Class::Emitter, Class::Sensor] {
-        if let Some((entry, _)) = query.object(class) {
-            let what = if class == Class::Emitter { "a light" } else { "a sensor" };
-            let problem = format!("A {} cannot be {what}, here as in Mitsuba 3", query.object.plugin);
-            let error = SceneError::at(&entry.place, problem, "expected a shape whose area is known");
-            query.error(error.with_remedy("a sweptsphere of the same file can"));
-        }
+    if let Some((entry, _)) = query.object(Class::Emitter) {
+        let problem = format!("A {} cannot be a light, here as in Mitsuba 3", query.object.plugin);
+        let error = SceneError::at(&entry.place, problem, "expected a shape whose area is known");
+        query.error(error.with_remedy("a sweptsphere of the same file can"));
     }
 }
 
