@@ -319,6 +319,27 @@ fn what_cannot_come_about_is_refused_at_once() {
 }
 
 #[test]
+fn a_lamp_without_area_is_told_before_the_render() {
+    let folder = Folder::new("no_area");
+    folder.write("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    folder.write("part.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
+    for (mesh, expected) in [("line.obj", true), ("part.obj", false)] {
+        let scene = format!(
+            r#"<scene version="3.0.0">
+                <sensor type="perspective"/><shape type="sphere"/>
+                <shape type="obj"><string name="filename" value="{mesh}"/><emitter type="area"/></shape>
+            </scene>"#
+        );
+        folder.write("lamp.xml", &scene);
+        let render = folder.run(&["render", "lamp.xml", "--spp=1", "--size=4x4", "-q"]);
+        assert_eq!(render.status.code(), Some(0), "{}", stderr(&render));
+        for told in [stderr(&render), stdout(&folder.run(&["info", "lamp.xml"]))] {
+            assert_eq!(told.contains("the lamp has no area, so it gives no light"), expected, "{told}");
+        }
+    }
+}
+
+#[test]
 fn a_scene_without_light_is_told_before_the_render() {
     let folder = Folder::new("dark");
     let with = |light: &str| {

@@ -86,7 +86,8 @@ impl Default for CompileOptions {
 /// physics over the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
     let colours = HashMap::new();
-    Compiler { description, options, shift: Transform::IDENTITY, colours, errors: Vec::new() }.run()
+    let (warnings, errors) = (Vec::new(), Vec::new());
+    Compiler { description, options, shift: Transform::IDENTITY, colours, warnings, errors }.run()
 }
 
 struct Compiler<'a> {
@@ -96,6 +97,7 @@ struct Compiler<'a> {
     shift: Transform,
     /// What has been made of colours, by their numbers, scale and role: many lights may have the same.
     colours: HashMap<([u64; 4], u8), Texture>,
+    warnings: Vec<Note>,
     errors: Vec<SceneError>,
 }
 
@@ -250,11 +252,12 @@ impl<'a> Compiler<'a> {
         features.visible_lamps =
             light_tracing.as_ref().is_some_and(|tracing| tracing.visible_lamps.is_some());
 
-        let (reference_radiance, warnings) = match integrator {
-            Integrator::Depth => (accel.bounds().union(lit.eyes).diameter(), Vec::new()),
+        let reference_radiance = match integrator {
+            Integrator::Depth => accel.bounds().union(lit.eyes).diameter(),
             Integrator::Path | Integrator::Walk => {
                 let reference = self.reference(&film, &lights, &emitting, &lit);
-                (reference, self.dark(reference, &lights).into_iter().collect())
+                self.warnings.extend(self.dark(reference, &lights));
+                reference
             }
         };
         Ok(Scene {
@@ -265,7 +268,7 @@ impl<'a> Compiler<'a> {
             integrator,
             limits,
             wavelengths,
-            warnings,
+            warnings: self.warnings,
             reference_radiance,
             numbers: numbers::of(description, &groups),
             shift: shift.point(Vec3::ZERO),
@@ -359,6 +362,10 @@ impl<'a> Compiler<'a> {
             let light = match &shape.emission {
                 None => None,
                 Some(source) => {
+                    if geometry.area() == 0.0 {
+                        let text = "the lamp has no area, so it gives no light".to_owned();
+                        self.warnings.push(Note::new(&shape.place, text));
+                    }
                     let light = self.area_light(&geometry, carried, source);
                     if let Light::Area { radiance, .. } = &light {
                         self.check_attributes(shape, &geometry, &radiance.attributes());
