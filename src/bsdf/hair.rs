@@ -60,7 +60,7 @@ impl Fibre {
         self.variance * [1.0, 0.25, 4.0, 4.0][lobe]
     }
 
-    /// M: density over sin θ, times 2π, of the angle to which a lobe sends light that comes at the angle of
+    /// M: density over sin θ of the angle to which a lobe sends light that comes at the angle of
     /// `from`. Both are the sine and the cosine of θ.
     fn along(&self, lobe: usize, from: [f64; 2], to: [f64; 2]) -> f64 {
         let v = self.variance(lobe);

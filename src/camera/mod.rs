@@ -162,9 +162,9 @@ impl Camera {
 
     /// The circle of confusion: the radius, in pixels, of the disk over which a lens spreads a point of the
     /// scene. `None` where there is no lens, and where [`Self::project`] gives none.
-    pub fn circle_of_confusion(&self, point: Vec3, time: f64) -> Option<f64> {
+    pub fn circle_of_confusion_radius(&self, point: Vec3, time: f64) -> Option<f64> {
         let [View { kind: ViewKind::Projective(camera), .. }] = &self.views[..] else { return None };
-        camera.circle_of_confusion(point, time)
+        camera.circle_of_confusion_radius(point, time)
     }
 
     /// A box around where its rays begin, from one time to another. Empty for what looks from outside of the

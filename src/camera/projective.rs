@@ -210,8 +210,9 @@ impl Projective {
         })
     }
 
-    /// See [`super::Camera::circle_of_confusion`]. A polygon has that of the circle through its corners.
-    pub fn circle_of_confusion(&self, point: Vec3, time: f64) -> Option<f64> {
+    /// See [`super::Camera::circle_of_confusion_radius`]. A polygon has that of the circle through its
+    /// corners.
+    pub fn circle_of_confusion_radius(&self, point: Vec3, time: f64) -> Option<f64> {
         let Projection::ThinLens(ThinLens { aperture, focus_distance }) = self.projection else {
             return None;
         };
@@ -284,9 +285,9 @@ mod tests {
             // The other way round: over so many pixels a point is spread.
             let point = at(6.0, [0.5; 2]);
             let seen = edge.map(|u| camera.project(point, u, 0.0).unwrap().film[0]);
-            let circle = camera.circle_of_confusion(point, 0.0).unwrap();
+            let circle = camera.circle_of_confusion_radius(point, 0.0).unwrap();
             assert!((circle - 0.5 * (seen[0] - seen[1]).abs()).abs() < 1e-5 * circle, "{circle} {seen:?}");
-            assert!(camera.circle_of_confusion(at(4.0, edge[0]), 0.0).unwrap() < 1e-9);
+            assert!(camera.circle_of_confusion_radius(at(4.0, edge[0]), 0.0).unwrap() < 1e-9);
         }
     }
 

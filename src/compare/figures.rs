@@ -4,6 +4,7 @@ use super::flip::{self, Exposures, Rgb};
 use super::pair::{Pair, rec709};
 use super::{Options, flip::hdr_flip};
 use crate::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
+use crate::stats::relmse_scale;
 
 /// How two images of one quantity differ, over the pixels that can be compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,11 +21,6 @@ pub struct Figures {
     pub smape: f64,
     /// mean(A)/mean(B) − 1.
     pub bias: f64,
-}
-
-/// What relMSE divides a squared difference by, for a reference's value and the reference's mean.
-pub fn relmse_scale(value: f64, mean: f64) -> f64 {
-    value * value + 0.01 * mean * mean
 }
 
 impl Figures {

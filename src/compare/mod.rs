@@ -18,7 +18,7 @@ mod report;
 
 pub use bias::{CELLS, LEVEL, POWER, TILE, Tests};
 pub use condition::{Condition, Unmet};
-pub use figures::{Figures, PerceivedDifference, relmse_scale};
+pub use figures::{Figures, PerceivedDifference};
 pub use maps::{Map, MapKind};
 pub use noise::Noise;
 pub use pair::{Channel, Measurement, Mismatch, Pair, listed};

@@ -243,15 +243,12 @@ impl<'a> Stored<'a> {
         let place = |pixel: usize| [pixel % self.width / TILE, pixel / self.width / TILE];
         let tile = pixels.first().map(|&pixel| place(pixel));
         let of_own = tile.and_then(|[x, y]| self.tiles.get(y * self.width.div_ceil(TILE) + x));
+        // In a part of a tile, pixels that err against one another need not meet.
+        let of_part = |times: f64| if pixels.len() < TILE * TILE { times.max(1.0) } else { times };
         Some(match (cell, of_tile, of_picture) {
-            (Cell::Tile, ..) if let Some(&times) = of_own => {
-                // In a part of a tile, pixels that err against one another need not meet.
-                let times = if pixels.len() < TILE * TILE { times.max(1.0) } else { times };
-                scaled(times, self.tile_degrees)
-            }
+            (Cell::Tile, ..) if let Some(&times) = of_own => scaled(of_part(times), self.tile_degrees),
             (Cell::Tile, Some(times), _) => {
-                // In a part of a tile, pixels that err against one another need not meet.
-                let times = if pixels.len() < TILE * TILE { times.max(1.0) } else { times };
+                let times = of_part(times);
                 // Pixels that err alike lend less to the variance, too: at most by as much, if all err alike.
                 scaled(times, independent.degrees / times.max(1.0))
             }

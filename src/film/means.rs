@@ -203,13 +203,16 @@ struct Sum {
     sum: f64,
     /// By replicate: by how much it is above the others, to first order.
     deviations: Replicates,
+    /// By replicate: the weights of the samples.
+    weights: Replicates,
     /// What the pixels' own variances add up to.
     independent: f64,
 }
 
 impl Sum {
     fn new(replicates: u32) -> Self {
-        Self { pixels: 0.0, sum: 0.0, deviations: smallvec![0.0; replicates as usize], independent: 0.0 }
+        let zeros = smallvec![0.0; replicates as usize];
+        Self { pixels: 0.0, sum: 0.0, deviations: zeros.clone(), weights: zeros, independent: 0.0 }
     }
 
     /// Adds a pixel. One without samples makes the error infinite.
@@ -219,30 +222,26 @@ impl Sum {
             self.independent = f64::INFINITY;
             return;
         };
-        let mut spread = 0.0;
-        for (sum, deviation) in self.deviations.iter_mut().zip(deviations) {
-            *sum += deviation;
-            spread += deviation * deviation;
-        }
+        add_each(&mut self.deviations, &deviations);
+        add_each(&mut self.weights, &pixel.weights);
         self.sum += mean;
-        self.independent += variance(pixel.film.replicates, spread);
+        self.independent += variance(pixel.film.replicates, &deviations, &pixel.weights);
     }
 
     fn merge(&mut self, other: &Self) {
         self.pixels += other.pixels;
         self.sum += other.sum;
         self.independent += other.independent;
-        for (own, other) in self.deviations.iter_mut().zip(&other.deviations) {
-            *own += other;
-        }
+        add_each(&mut self.deviations, &other.deviations);
+        add_each(&mut self.weights, &other.weights);
     }
 
     /// The variance of the sum, as so many equal runs of replicates tell it.
     fn variance(&self, parts: u32) -> f64 {
-        let run = (self.deviations.len() / parts.max(1) as usize).max(1);
-        let of_run = |run: &[f64]| (run.iter().sum::<f64>() / run.len() as f64).powi(2);
-        let spread = self.deviations.chunks_exact(run).map(of_run).sum();
-        if self.independent.is_finite() { variance(parts, spread) } else { f64::INFINITY }
+        match self.independent.is_finite() {
+            true => variance(parts, &self.deviations, &self.weights),
+            false => f64::INFINITY,
+        }
     }
 
     fn mean(&self, replicates: u32) -> Measured {
@@ -260,8 +259,7 @@ impl Film {
         let first = self.index(x, y) * replicates;
         let weight = |cell: usize| self.sums.of(cell, WEIGHT) as f64 * FixedPoint::SHARE.quantum;
         let weights: Replicates = (first..first + replicates).map(weight).collect();
-        let is_complete = weights.iter().all(|&weight| weight != 0.0);
-        Pixel { film: self, first, weight: weights.iter().sum(), weights, is_complete }
+        Pixel { film: self, first, weight: weights.iter().sum(), weights }
     }
 
     /// A quantity of a pixel.
@@ -286,7 +284,9 @@ impl Film {
             weights[of] = 1.0;
             let (own, of_replicates) = pixel.linearised(Quantity::Combined(weights))?;
             mean[of] = own;
-            for (part, deviation) in deviations.iter_mut().zip(pixel.of_parts(parts, &of_replicates)) {
+            for (part, deviation) in
+                deviations.iter_mut().zip(of_parts(parts, &of_replicates, &pixel.weights))
+            {
                 part[of] = deviation;
             }
         }
@@ -345,8 +345,6 @@ pub struct Pixel<'a> {
     /// By replicate: the sum of the weights of its samples.
     weights: Replicates,
     weight: f64,
-    /// Whether each replicate has samples.
-    is_complete: bool,
 }
 
 impl Pixel<'_> {
@@ -355,66 +353,73 @@ impl Pixel<'_> {
         let Some((mean, deviations)) = self.linearised(quantity) else {
             return [Measured { mean: 0.0, error: f64::INFINITY }; N];
         };
-        parts.map(|parts| {
-            let spread = self.of_parts(parts, &deviations).map(|deviation| deviation * deviation).sum();
-            Measured { mean, error: variance(parts, spread).sqrt() }
-        })
+        parts.map(|parts| Measured { mean, error: variance(parts, &deviations, &self.weights).sqrt() })
     }
 
-    /// The mean: a linear function of the channels over the sum of the weights. Also, for each replicate, how
-    /// far it lies above the mean: what it adds to the ratio, to first order. `None` without samples.
+    /// The mean and the replicates' deviations from it, of the pixel's samples and of light subpaths
+    /// together. `None` without samples.
     fn linearised(&self, quantity: Quantity) -> Option<(f64, Replicates)> {
         if self.weight == 0.0 {
             return None;
         }
-        let (film, quantum) = (self.film, self.film.scale_of(quantity).quantum);
-        let cells = self.first..self.first + self.weights.len();
-        let own = |sums: &Sums, cell: usize| film.value(quantity, |channel| sums.of(cell, channel));
-        let mut values: Replicates = cells.clone().map(|cell| own(&film.sums, cell) * quantum).collect();
-        let r = values.len() as f64;
-        let (ratio, share) = (values.iter().sum::<f64>() / self.weight, r / self.weight);
-        for (value, weight) in values.iter_mut().zip(&self.weights) {
-            *value = (*value - ratio * weight) * share;
-        }
+        let film = self.film;
+        let of = |sums: &Sums, quantum: f64, weights: &[f64]| {
+            let cells = self.first..self.first + weights.len();
+            let value = |cell| film.value(quantity, |channel| sums.of(cell, channel)) * quantum;
+            linearised(cells.map(value).collect(), weights)
+        };
+        let (own, mut deviations) = of(&film.sums, film.scale_of(quantity).quantum, &self.weights);
         if film.light.is_empty() {
-            return Some((ratio, values));
+            return Some((own, deviations));
         }
-        let of_light = |(replicate, cell)| film.light.mean(replicate, |sums| own(sums, cell));
-        let light: Replicates = cells.enumerate().map(of_light).collect();
-        let mean = light.iter().sum::<f64>() / r;
-        for (value, light) in values.iter_mut().zip(light) {
-            *value += light - mean;
+        let counts: Replicates = film.light.count.iter().map(|&count| count as f64).collect();
+        let (light, of_light) = of(&film.light.sums, film.light.scale.quantum, &counts);
+        for (own, light) in deviations.iter_mut().zip(of_light) {
+            *own += light;
         }
-        Some((ratio + mean, values))
-    }
-
-    /// How far each of so many equal runs of replicates lies above the mean, where replicates lie so far
-    /// above it. Runs without samples say nothing: the others stand for them.
-    fn of_parts(&self, parts: u32, deviations: &[f64]) -> impl Iterator<Item = f64> {
-        let run = (deviations.len() / parts.max(1) as usize).max(1);
-        let factor = if self.is_complete { 1.0 } else { self.factor(parts, run) };
-        deviations.chunks_exact(run).map(move |run| match factor.is_finite() {
-            true => factor * run.iter().sum::<f64>() / run.len() as f64,
-            false => f64::INFINITY,
-        })
-    }
-
-    /// What deviations are multiplied by where not all of so many runs, each of as many replicates, have
-    /// samples.
-    fn factor(&self, parts: u32, run: usize) -> f64 {
-        let runs = self.weights.chunks_exact(run);
-        let with_samples = runs.filter(|run| run.iter().any(|&weight| weight != 0.0)).count();
-        let (all, some) = (f64::from(parts), with_samples as f64);
-        match parts >= 2 && some < all {
-            true => (some / (some - 1.0) * (all - 1.0) / all).sqrt(),
-            false => 1.0,
-        }
+        Some((own + light, deviations))
     }
 }
 
-/// The variance of the mean of so many parts, whose deviations from it have squares of this sum. Infinite for
-/// fewer than two.
-fn variance(parts: u32, spread: f64) -> f64 {
+/// The sum of the replicates' values over that of their weights. Also, for each replicate, how far it lies
+/// above that mean: what it adds to the ratio, to first order. Both are 0 where all weights are.
+fn linearised(mut values: Replicates, weights: &[f64]) -> (f64, Replicates) {
+    let weight: f64 = weights.iter().sum();
+    if weight == 0.0 {
+        return (0.0, smallvec![0.0; values.len()]);
+    }
+    let (ratio, share) = (values.iter().sum::<f64>() / weight, values.len() as f64 / weight);
+    for (value, weight) in values.iter_mut().zip(weights) {
+        *value = (*value - ratio * weight) * share;
+    }
+    (ratio, values)
+}
+
+fn add_each(own: &mut [f64], more: &[f64]) {
+    own.iter_mut().zip(more).for_each(|(own, more)| *own += more);
+}
+
+/// How far each of so many equal runs of replicates lies above the mean, where replicates of these weights
+/// lie so far above it. Runs without samples say nothing: the others stand for them.
+fn of_parts(parts: u32, deviations: &[f64], weights: &[f64]) -> impl Iterator<Item = f64> {
+    let run = (deviations.len() / parts.max(1) as usize).max(1);
+    let is_met = |run: &&[f64]| run.iter().any(|&weight| weight != 0.0);
+    let with_samples = weights.chunks_exact(run).filter(is_met).count();
+    let (all, some) = (f64::from(parts), with_samples as f64);
+    let factor = match parts >= 2 && some < all {
+        true => (some / (some - 1.0) * (all - 1.0) / all).sqrt(),
+        false => 1.0,
+    };
+    deviations.chunks_exact(run).map(move |run| match factor.is_finite() {
+        true => factor * run.iter().sum::<f64>() / run.len() as f64,
+        false => f64::INFINITY,
+    })
+}
+
+/// The variance of the mean, as so many equal runs of replicates of these weights and deviations tell it.
+/// Infinite for fewer than two.
+fn variance(parts: u32, deviations: &[f64], weights: &[f64]) -> f64 {
+    let spread: f64 = of_parts(parts, deviations, weights).map(|deviation| deviation * deviation).sum();
     let r = f64::from(parts);
     if parts < 2 { f64::INFINITY } else { spread / (r * (r - 1.0)) }
 }
@@ -479,6 +484,29 @@ mod tests {
         let found = film.mean_over(film.shown(), Y);
         assert!((found.mean - 2.0 * mean).abs() < 1e-11, "{found:?}");
         assert!((found.error - 2.0 * (squares / 12.0).sqrt()).abs() < 1e-11, "{found:?}");
+    }
+
+    /// A render that was stopped: what its light subpaths brought is divided by those that there were.
+    #[test]
+    fn replicates_without_samples_say_nothing() {
+        let extras = Extras { light_paths: true, ..Extras::default() };
+        let mut film = Film::new(1, 1, 4, extras, FixedPoint::for_reference(1.0));
+        let mut tile = film.extras.tile([0, 0], [1, 1], 0..4);
+        for replicate in 0..2 {
+            tile.add(0, replicate, 1, VALUES[replicate as usize], film.scale());
+            tile.add_weighed(0, replicate, &Tristimulus::BLACK, 1.0);
+        }
+        film.add(&tile);
+        let mut light = film.extras.tile([0, 0], [1, 1], 0..1);
+        for replicate in 0..2 {
+            light.add(0, 0, 1, 20.0 * VALUES[replicate as usize], film.light_scale());
+            film.add_light([0, 0], replicate, &light.take());
+            film.count_light(replicate, 10);
+        }
+        // 1 and 3 of the pixel's own, and twice that of light subpaths.
+        for found in [film.measured(0, 0, Y), film.mean_over([(0, 0)], Y), film.noise(Y).mean] {
+            assert!((found.mean - 6.0).abs() < 1e-9 && (found.error - 3.0).abs() < 1e-9, "{found:?}");
+        }
     }
 
     #[test]

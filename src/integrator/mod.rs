@@ -86,7 +86,7 @@ pub fn why_nothing_is_shared(scene: &Scene) -> Option<&'static str> {
         Some("second moments are those of a path tracer's samples")
     } else if scene.features().scattering {
         // What a medium scatters on the way from one surface to the other would have to be weighed, too.
-        Some("a medium scatters light between the surfaces")
+        Some("a medium scatters or sends out light between the surfaces")
     } else {
         None
     }

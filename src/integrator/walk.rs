@@ -27,12 +27,14 @@ pub fn radiance<const C: usize>(
     let mut media = scene.media_at_sensor(&ray, time);
     let (mut arriving, mut throughput) = (0.0, 1.0);
     let mut alpha_hit = scene.limits.sky_covers(scene);
+    // Whether the path is still what the camera sees beyond the scene: surfaces that let it pass may not
+    // count.
+    let mut camera_visible = true;
     let chance_to_go_on = |throughput: f64, vertex: u32| match vertex + 1 < scene.limits.rr_depth {
         true => f64::from(u8::from(throughput > 0.0)),
         false => throughput.min(LIKELIEST),
     };
     for vertex in 0.. {
-        let shown = vertex > 0 || !scene.limits.hide_emitters;
         let kind = if vertex == 0 { RayKind::Camera } else { RayKind::Scattered };
         let mut tracker = Tracker::new(stream, vertex, hero.nm[0]);
         let hit = scene.intersect(&ray, time, kind, &mut media, |around, segment| {
@@ -57,6 +59,7 @@ pub fn radiance<const C: usize>(
                 break;
             };
             alpha_hit = true;
+            camera_visible = false;
             throughput *= scattering.albedo(position, &hero.nm).hero();
             let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(vertex));
             let survival_probability = chance_to_go_on(throughput, vertex);
@@ -72,7 +75,8 @@ pub fn radiance<const C: usize>(
             continue;
         }
         let Some(hit) = hit else {
-            if let Some(environment) = scene.lights.environment().filter(|_| shown) {
+            let hidden = camera_visible && scene.limits.hide_emitters;
+            if let Some(environment) = scene.lights.environment().filter(|_| !hidden) {
                 arriving += throughput * environment.radiance(ray.direction, &hero.nm).hero();
             }
             scene.path_ended(PathEnd::Escaped, vertex + 1);
@@ -94,7 +98,8 @@ pub fn radiance<const C: usize>(
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
         let scatter = shading.sample(lobe, [u, v]);
         let passes = scatter.as_ref().is_some_and(|scatter| shading.passes(scatter));
-        alpha_hit |= scene.limits.surface_covers(passes);
+        let covers = scene.limits.surface_covers(passes);
+        (alpha_hit, camera_visible) = (alpha_hit || covers, camera_visible && !covers);
         let Some(scatter) = scatter.filter(|_| !last) else {
             scene.path_ended(if last { PathEnd::MaxDepth } else { PathEnd::Absorbed }, vertex + 1);
             break;

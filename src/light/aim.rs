@@ -92,7 +92,7 @@ impl Lights {
         let (centre, radius, intensity, lit) = match &self.lights[light] {
             Light::Area { geometry, mean, .. } => {
                 let (centre, radius) = geometry.ball(time);
-                (centre, radius, geometry.area() * mean.sample(nm).sum(), whole)
+                (centre, radius, geometry.world_area(time) * mean.sample(nm).sum(), whole)
             }
             Light::Spot(spot) => {
                 let local = match self.placed(light).map(|placed| placed.at(time)) {

@@ -109,8 +109,9 @@ impl Materials {
         self.any(id, &Material::itself_is_parametrised)
     }
 
-    /// What it sends on in single directions, on the side that sends more. Nothing counts where a side is
-    /// chosen or turned, or where light may pass it by null transmission.
+    /// What it sends on in single directions: on the side that sends more, but nearly specular counts only if
+    /// both sides are. Nothing counts where a side is chosen or turned, or where light may pass it by null
+    /// transmission.
     pub fn specular(&self, id: MaterialId) -> Specular {
         let of_side = |id: MaterialId| match self.get(id) {
             Material::Bsdf(bsdf) if !bsdf.has_null_transmission() => Some(bsdf.specular()),
@@ -121,7 +122,6 @@ impl Materials {
             _ => of_side(id).map(|side| (side, side)),
         };
         match sides {
-            // Told of the surface as a whole: both sides scatter so, or it counts for nothing.
             Some((Specular::Nothing, Specular::Nearly) | (Specular::Nearly, Specular::Nothing)) | None => {
                 Specular::Nothing
             }

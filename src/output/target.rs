@@ -2,8 +2,9 @@
 //! was asked.
 
 use super::error_bars;
-use crate::film::{Film, NOISE_TILE, Quantity, Region};
+use crate::film::{Extent, Film, NOISE_TILE, Quantity};
 use crate::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
+use crate::stats::relmse_scale;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
@@ -64,7 +65,7 @@ impl Sum {
         let mut tiles: BTreeMap<[u32; 2], f64> = BTreeMap::new();
         for (x, y) in film.shown() {
             let variance = variances[y as usize * film.width as usize + x as usize];
-            *tiles.entry([x / NOISE_TILE, y / NOISE_TILE]).or_insert(0.0) += error(x, y, variance);
+            *tiles.entry(tile(film, x, y)).or_insert(0.0) += error(x, y, variance);
         }
         let squares = tiles.values().map(|error| error * error).sum();
         Self { errors: tiles.values().sum(), squares, divisor: 0.0 }
@@ -102,17 +103,27 @@ impl Sum {
     }
 }
 
-/// For each pixel that is measured the mean over those of its tile that are shown.
+/// The tile of a pixel that is shown, counted from the corner of what is shown as those of
+/// [`Film::noise`](crate::film::Film::noise) are.
+fn tile(film: &Film, x: u32, y: u32) -> [u32; 2] {
+    let Extent { measured, shown, .. } = film.extent;
+    [0, 1].map(|axis| ([x, y][axis] + measured.offset[axis] - shown.offset[axis]) / NOISE_TILE)
+}
+
+/// For each pixel that is measured, row by row: the mean over its tile if it is shown, else 0.
 fn of_tiles(film: &Film, values: &[f64]) -> Vec<f64> {
-    let tile = |x: u32, y: u32| [x / NOISE_TILE, y / NOISE_TILE];
+    let place = |x: u32, y: u32| y as usize * film.width as usize + x as usize;
     let mut sums: BTreeMap<[u32; 2], (f64, f64)> = BTreeMap::new();
     for (x, y) in film.shown() {
-        let (sum, count) = sums.entry(tile(x, y)).or_default();
-        *sum += values[y as usize * film.width as usize + x as usize];
+        let (sum, count) = sums.entry(tile(film, x, y)).or_default();
+        *sum += values[place(x, y)];
         *count += 1.0;
     }
-    let mean = |[x, y]: [u32; 2]| sums.get(&tile(x, y)).map_or(0.0, |(sum, count)| sum / count);
-    Region::whole(film.extent.measured.size).pixels().map(mean).collect()
+    let mut means = vec![0.0; values.len()];
+    for (x, y) in film.shown() {
+        means[place(x, y)] = sums.get(&tile(film, x, y)).map_or(0.0, |(sum, count)| sum / count);
+    }
+    means
 }
 
 /// What is found of each pixel that is measured, row by row.
@@ -191,9 +202,10 @@ impl Target {
             // already.
             let (sum, divisor) = match self.measure {
                 ErrorMeasure::RelMse => {
-                    let error = |x, y, variance: f64| {
-                        let value = value(x, y);
-                        variance / (value * value + 0.01 * mean * mean)
+                    let error = |x, y, variance: f64| match variance == 0.0 {
+                        // Also where all is black.
+                        true => 0.0,
+                        false => variance / relmse_scale(value(x, y), mean),
                     };
                     (Sum::over(film, &variances, error), pixels)
                 }

@@ -17,6 +17,7 @@ use super::groups::{BLOCK, Block};
 use super::pilot::{self, Chosen, Pilot, Scatter, average};
 use crate::film::Region;
 use crate::sampling::{Sampler, SamplerKind, mix};
+use crate::stats::relmse_scale;
 use std::ops::Range;
 
 /// Largest part of the picture's samples that the pilot takes.
@@ -181,7 +182,7 @@ fn deviations(cells: &[Scatter]) -> Vec<f64> {
     let of_cell = |Scatter { pixels, .. }: &Scatter| {
         let of_cell = average(pixels.iter().map(|&[mean, _]| mean));
         let relative = |&[mean, variance]: &[f64; 2]| {
-            let square = 0.5 * (mean * mean + of_cell * of_cell) + 0.01 * of_picture * of_picture;
+            let square = 0.5 * (mean * mean + of_cell * of_cell) + relmse_scale(0.0, of_picture);
             if square > 0.0 { variance / square } else { 0.0 }
         };
         average(pixels.iter().map(relative)).sqrt()

@@ -29,7 +29,7 @@ pub enum Wanted {
 pub struct Explained {
     /// Whose sample it is.
     pub pixel: [u32; 2],
-    /// Its number among the pixel's samples, and how many these are.
+    /// Its number among the pixel's samples.
     pub sample: u64,
     /// Samples of the pixel.
     pub samples: u64,
@@ -39,7 +39,7 @@ pub struct Explained {
     pub place: [f64; 2],
     /// Time at which the path is traced, in the scene's unit.
     pub time: f64,
-    /// The hero's wavelength first, nm, and the density with which each could have been chosen, nm⁻¹.
+    /// The hero's wavelength first, nm.
     pub wavelengths: Vec<f64>,
     /// Density with which each wavelength could have been chosen, nm⁻¹.
     pub wavelength_densities: Vec<f64>,

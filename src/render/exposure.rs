@@ -123,7 +123,7 @@ impl Exposure<'_> {
     ) -> u64 {
         let first = block.net * self.schedule.per_net;
         let share = self.allocation.of(block);
-        let of_run = share.indices(0..self.schedule.samples_per_replicate).len() as u32;
+        let run_length = share.indices(0..self.schedule.samples_per_replicate).len() as u32;
         let taken = |run: u32| share.indices(indices(first + run));
         let [even, each]: [u32; 2] = (0..self.schedule.per_net)
             .map(|run| [indices(first + run).len() as u32, taken(run).len() as u32])
@@ -135,7 +135,7 @@ impl Exposure<'_> {
             if !group.iter().any(|pixel| self.counts(pixel)) {
                 continue;
             }
-            let of_run = |run: u32| taken(run).map(move |index| (run, run * of_run + index));
+            let of_run = |run: u32| taken(run).map(move |index| (run, run * run_length + index));
             let mut left = (0..self.schedule.per_net).flat_map(of_run).map(|(run, index)| NetSample {
                 net: block.net,
                 index,

@@ -16,6 +16,7 @@ use crate::light::{LightTracing, USUAL_SAMPLES_PER_PATH};
 use crate::sampling::{SamplerKind, mix};
 use crate::scene::{Scene, rays_of_this_thread};
 use crate::spectrum::colour::xyz_to_rec709;
+use crate::stats::relmse_scale;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
@@ -254,7 +255,7 @@ impl Brightness {
     /// By the means and variances of the pixels of blocks at some corners.
     fn new(corners: &[[i64; 2]], found: &[Scatter]) -> Self {
         let mean = average(found.iter().flat_map(|block| &block.pixels).map(|&[mean, _]| mean));
-        let mut known = Self { least: 0.01 * mean * mean, blocks: Vec::new() };
+        let mut known = Self { least: relmse_scale(0.0, mean), blocks: Vec::new() };
         let of_block =
             |block: &Scatter| average(block.pixels.iter().map(|&[mean, _]| known.per_square(mean)));
         known.blocks = corners.iter().copied().zip(found.iter().map(of_block)).collect();

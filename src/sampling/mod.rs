@@ -87,18 +87,21 @@ impl fmt::Display for SamplerKind {
     }
 }
 
-/// A set of four sample values that are stratified together. Each has a meaning of its own, the same
-/// in every scene; a set that a scene has no use for is never drawn.
+/// A set of four sample values that are stratified together. Each has a meaning of its own, the same in every
+/// scene; a set that a scene has no use for is never drawn. Light subpaths have streams of their own, and
+/// their values the meanings in brackets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimensions {
-    /// Film position (0, 1), wavelength (2), time (3).
+    /// Film position (0, 1) \[where on the source, or its direction\], wavelength (2), time (3).
     Camera,
-    /// Point on the lens (0, 1).
+    /// Point on the lens (0, 1), the light whose light falls onto a measuring surface (2, 3) \[toward which
+    /// place of a body (0, 1), which body (2), which source (3)\].
     Lens,
     /// Scattering at the path's n-th vertex: direction (0, 1), lobe (2), survival (3).
     Scattering(u32),
-    /// Light at the path's n-th vertex: which light and which point on it (0, 1), the point on the light of a
-    /// place near a lamp on the way there (2), which material of the surface (3).
+    /// Light at the path's n-th vertex: which light and which point on it (0, 1) \[the point on the lens\],
+    /// the point on the light of a place near a lamp on the way there, or whether a place in a medium asks
+    /// for light (2), which material of the surface (3).
     Light(u32),
     /// The flight to the path's n-th vertex through media that scatter: how far (0), where light of media is
     /// looked up (1), the distance near a lamp (2), the light for it (3).

@@ -42,7 +42,7 @@ impl Features {
         [
             ("dispersion", self.dispersion),
             ("absorption", self.absorption),
-            ("scattering media", self.scattering),
+            ("media that scatter or send out light", self.scattering),
             ("medium stack", self.medium_stack),
             ("precedence", self.precedence),
             ("surfaces in contact", self.contact),

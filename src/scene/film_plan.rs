@@ -37,8 +37,6 @@ pub struct FilmChannel {
 pub struct CameraSample<'a> {
     /// The camera ray.
     pub sensor: SensorRay<'a>,
-    /// Weight of the film position by the filter: 1 on average.
-    pub filter_weight: f64,
     /// The sample value that chooses the wavelengths.
     pub wavelength: f64,
     /// When the whole path happens.

@@ -140,10 +140,10 @@ impl Scene {
         stream: &Stream,
     ) -> Option<CameraSample<'_>> {
         let [film_x, film_y, wavelength, time] = stream.draw(Dimensions::Camera);
-        let (place, filter_weight) = filter.sample(pixel, [film_x, film_y]);
+        let (place, _) = filter.sample(pixel, [film_x, film_y]);
         let time = self.shutter.time(time);
         let sensor = self.sensor_ray(place, time, stream)?;
-        Some(CameraSample { sensor, filter_weight, wavelength, time })
+        Some(CameraSample { sensor, wavelength, time })
     }
 
     /// The sample value that chooses between the materials of a path's n-th surface. 0 where no surface has

@@ -8,15 +8,14 @@ use crate::sampling::quadrature::midpoints;
 impl Shape {
     /// Whether it is closed and its normals point outward, so that every line enters and leaves it by turns.
     pub fn encloses(&self) -> bool {
-        self.is_closed().is_ok()
-            && match self {
-                Self::Mesh(mesh) => mesh.has_outward_normals(),
-                _ => self.faces_outward(),
-            }
+        self.is_closed().is_ok() && self.faces_outward()
     }
 
-    /// Whether lines enter a closed shape before they leave it.
-    fn faces_outward(&self) -> bool {
+    /// Whether the normals of a closed shape point outward: whether lines enter it before they leave it.
+    pub fn faces_outward(&self) -> bool {
+        if let Self::Mesh(mesh) = self {
+            return mesh.has_outward_normals();
+        }
         let probes = (0..16).filter_map(|i| self.sample([(f64::from(i) + 0.5) / 16.0, 0.3]));
         let first_crossing = |point: Vec3, normal: Vec3| {
             self.crossings(&Ray::new(point, -normal)).first().map(|crossing| crossing.enters)

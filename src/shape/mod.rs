@@ -68,7 +68,7 @@ pub use triangle::{RaySpace, TriangleHit};
 pub enum Shape {
     /// A sphere.
     Sphere(Sphere),
-    /// A disk, or a ring.
+    /// A disk.
     Disk(Disk),
     /// A cylinder without its ends.
     Cylinder(Cylinder),

@@ -42,17 +42,6 @@ pub enum SpectrumError {
         /// The value.
         value: f64,
     },
-    /// A value lies outside what its use allows (`nm` is absent for a constant).
-    OutOfBounds {
-        /// The wavelength, nm.
-        nm: Option<f64>,
-        /// The value.
-        value: f64,
-        /// The least that is allowed.
-        least: f64,
-        /// The greatest that is allowed.
-        greatest: f64,
-    },
     /// A temperature is a finite number of kelvin, at least 0.
     BadTemperature {
         /// The temperature, K.
@@ -88,15 +77,6 @@ impl fmt::Display for SpectrumError {
             Self::BadValue { index, nm, value } => {
                 write!(f, "expected a finite value, found {value} at {nm} nm (place {})", index + 1)
             }
-            Self::OutOfBounds { nm, value, least, greatest } => {
-                match (least.is_finite(), greatest.is_finite()) {
-                    (true, true) => write!(f, "expected values from {least} to {greatest}")?,
-                    (true, false) => write!(f, "expected values of at least {least}")?,
-                    _ => write!(f, "expected values of at most {greatest}")?,
-                }
-                write!(f, ", found {value}")?;
-                nm.map_or(Ok(()), |nm| write!(f, " at {nm} nm"))
-            }
             Self::BadTemperature { kelvin } => {
                 write!(f, "expected a temperature of at least 0 K, found {kelvin}")
             }
@@ -118,8 +98,5 @@ mod tests {
         let error = SpectrumError::NotIncreasing { index: 3, previous_nm: 500.0, nm: 490.5 };
         let text = "expected strictly increasing wavelengths, found 490.5 nm after 500 nm at place 4";
         assert_eq!(error.to_string(), text);
-        let error =
-            SpectrumError::OutOfBounds { nm: Some(450.0), value: -0.1, least: 0.0, greatest: f64::INFINITY };
-        assert_eq!(error.to_string(), "expected values of at least 0, found -0.1 at 450 nm");
     }
 }

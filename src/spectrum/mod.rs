@@ -211,28 +211,6 @@ impl Spectrum {
         self.bounds(range) == (0.0, 0.0)
     }
 
-    /// This function, if no value of it lies outside `[least, greatest]`.
-    ///
-    /// # Errors
-    /// The first value outside, with its wavelength: a negative emission, a reflectance above 1.
-    pub fn within(self, least: f64, greatest: f64) -> Result<Self, SpectrumError> {
-        let refuse = |nm: Option<f64>, value: f64| SpectrumError::OutOfBounds { nm, value, least, greatest };
-        match &self {
-            Self::Constant(value) if !(least..=greatest).contains(value) => return Err(refuse(None, *value)),
-            Self::Constant(_) | Self::Blackbody(_) | Self::Sigmoid { .. } => {}
-            Self::Uniform(_) | Self::Irregular(_) => {
-                let table = self.table().into_iter();
-                let bad = table
-                    .flat_map(|table| table.nodes().iter().zip(table.values()))
-                    .find(|&(_, value)| !(least..=greatest).contains(value));
-                if let Some((&nm, &value)) = bad {
-                    return Err(refuse(Some(nm), value));
-                }
-            }
-        }
-        Ok(self)
-    }
-
     /// The same table with another rule for what lies outside it; other functions are unchanged.
     pub fn with_extrapolation(&self, outside: Extrapolation) -> Self {
         match self {
@@ -389,11 +367,6 @@ mod tests {
         assert!(matches!(make(&[300.0, 400.0], &[1.0, f64::NAN]), BadValue { nm: 400.0, .. }));
         assert!(Spectrum::regular(500.0, 400.0, &[1.0, 2.0], Zero).is_err());
         assert!(Spectrum::regular(400.0, 500.0, &[1.0], Zero).is_err());
-        let table = Spectrum::regular(400.0, 500.0, &[0.5, -0.1, 1.0], Zero).unwrap();
-        assert_eq!(
-            table.within(0.0, 1.0).unwrap_err(),
-            OutOfBounds { nm: Some(450.0), value: -0.1, least: 0.0, greatest: 1.0 }
-        );
     }
 
     #[test]

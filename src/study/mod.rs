@@ -7,7 +7,7 @@
 //! seed: runs are independent of one another, whatever else is in the study.
 //!
 //! The error is relMSE of the luminance Y against a reference (see [`Reference`]), from which the reference's
-//! own error has been subtracted. Slopes are fitted by weighted least squares on logarithms (see [`fit`]).
+//! own error has been subtracted. Slopes are fitted by least squares on logarithms (see [`fit`]).
 
 pub mod fit;
 mod folder;

@@ -1,5 +1,4 @@
 use super::{Case, Purpose, Request, derived_seed};
-use crate::compare::relmse_scale;
 use crate::film::Film;
 use crate::integrator::Estimator;
 use crate::output::exr::Channels;
@@ -7,6 +6,7 @@ use crate::output::{Colour, Content, Picture};
 use crate::render::{Progress, Schedule, Settings, WavelengthCount, render};
 use crate::sampling::{SamplerKind, digest};
 use crate::spectrum::colour::rec709_to_xyz;
+use crate::stats::relmse_scale;
 use std::path::Path;
 
 /// Replicates of a reference that a study makes itself: enough to tell its variance.

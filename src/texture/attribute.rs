@@ -1,6 +1,7 @@
 //! What the vertices or faces of a mesh carry.
 
 use super::TexturePoint;
+use crate::raster::luminance;
 use crate::shape::{Mesh, MeshAttribute};
 use crate::spectrum::{Sampled, upsample};
 
@@ -35,9 +36,12 @@ impl Attribute {
         a * (1.0 - v - w) + b * v + c * w
     }
 
-    /// The value where a texture without wavelength is asked for.
+    /// One number for all wavelengths: of a colour, the luminance.
     pub fn value(&self, at: &TexturePoint) -> f64 {
-        self.rgb(at)[0]
+        let rgb = self.rgb(at);
+        let is_colour =
+            self.find(at).is_some_and(|(mesh, index)| mesh.data().attributes[index].channels == 3);
+        if is_colour { luminance(rgb) } else { rgb[0] }
     }
 
     /// The three numbers at a point as they are.

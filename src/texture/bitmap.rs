@@ -152,9 +152,9 @@ impl Bitmap {
         }
     }
 
-    /// Gradient of [`Self::value`], between the centres of texels. Mitsuba 3 turns by `to_uv` before it
-    /// scales by the size of the image, which for images that are not square differs from the derivative
-    /// where `to_uv` rotates.
+    /// Gradient of [`Self::value`], between the centres of texels. As in Mitsuba 3 it is turned by `to_uv`
+    /// before it is scaled by the size of the image: where `to_uv` rotates an image that is not square, this
+    /// is not the derivative.
     pub fn gradient(&self, at: &TexturePoint) -> [f64; 2] {
         if self.placing.filter == Filter::Nearest {
             return [0.0; 2];

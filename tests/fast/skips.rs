@@ -81,7 +81,7 @@ fn what_is_left_out_changes_no_bit() {
     }
 }
 
-/// The comparison sees a difference: without what it needs, a scene is another.
+/// Features are those that a scene asks for, and pictures that differ are told apart.
 #[test]
 fn scenes_need_what_they_use() {
     let features = scene(ABSORBER).features();

@@ -191,6 +191,37 @@ fn a_ball_in_two_halves_is_a_ball() {
     assert!((mean_a - mean_b).abs() < 4.0 * error_a.hypot(error_b), "{mean_a} {mean_b}");
 }
 
+/// What is told of the insides of parts makes no difference to what is outside of a solid: mirrored, and with
+/// parts that say they are turned inside out, it is the same.
+#[test]
+fn parts_face_out_of_their_solid() {
+    for (kind, bsdf) in [("union", "diffuse"), ("difference", "diffuse"), ("intersection", "dielectric")] {
+        // Dark on its back, glass that encloses all that is outside.
+        let body = |scale: &str, turned: bool| {
+            let turned = format!(r#"<boolean name="flip_normals" value="{turned}"/>"#);
+            scene(&format!(
+                r#"<shape type="{kind}"><bsdf type="{bsdf}"/>
+                    <transform name="to_world"><scale x="{scale}"/></transform>
+                    <shape type="cube">{turned}</shape>
+                    <shape type="sphere"><float name="radius" value="1.25"/>{turned}</shape>
+                </shape>{SKY}"#
+            ))
+        };
+        let picture =
+            |scene: &Scene, seed| luminance(&expose(scene, &settings(64, WavelengthCount::One, seed)));
+        let (mean, error) = picture(&body("1", false), 1);
+        for (i, (scale, turned)) in [("-1", false), ("1", true), ("-1", true)].into_iter().enumerate() {
+            let (other, its) = picture(&body(scale, turned), 2 + i as u64);
+            let difference = (mean - other).abs();
+            assert!(
+                difference < 4.0 * error.hypot(its),
+                "{kind} {scale} {turned}: {mean} ± {error}, {other} ± {its}"
+            );
+        }
+        assert!(error < 0.01 * mean, "{kind}: {mean} ± {error}");
+    }
+}
+
 fn refused(content: &str) -> String {
     compiled(content).expect_err("it is refused")
 }

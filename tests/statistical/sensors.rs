@@ -2,7 +2,7 @@
 
 use crate::common::{bins, described, expose, made, settings};
 use abbe::film::{Film, FilterKind, Measured};
-use abbe::render::{WavelengthCount, render};
+use abbe::render::WavelengthCount;
 use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::stats::sidak;
 use abbe::units::WavelengthRange;
@@ -272,6 +272,28 @@ fn alpha_is_what_mitsuba_says_it_is() {
     }
 }
 
+/// Surroundings that the camera must not see are not seen through a mask either, and light what is behind it.
+#[test]
+fn hidden_surroundings_are_hidden_behind_masks() {
+    let mask = format!(
+        r#"<shape type="rectangle"><transform name="to_world"><scale value="9"/><rotate y="1" angle="180"/>
+           <translate z="5"/></transform><bsdf type="mask"><float name="opacity" value="0.3"/>{BLACK}</bsdf></shape>"#
+    );
+    let behind = r#"<shape type="rectangle"><transform name="to_world"><scale value="9"/><rotate y="1" angle="180"/>
+        <translate z="6"/></transform><bsdf type="null"/></shape>"#;
+    for integrator in ["path", "volpath", "walk"] {
+        for (hides, truth) in [(true, 0.0), (false, 0.7)] {
+            let sensor = format!(r#"<sensor type="orthographic">{}</sensor>"#, pixel());
+            let text = format!(
+                r#"<integrator type="{integrator}"><boolean name="hide_emitters" value="{hides}"/></integrator>
+                   {sensor}{mask}{behind}{SKY}"#
+            );
+            let film = exposed(&text, 16_384);
+            assert_is(film.bin(0, 0, 0), truth, &film);
+        }
+    }
+}
+
 #[test]
 fn a_window_with_its_border_shows_what_the_whole_shows() {
     // Half of the scene is bright; its edge lies on the edge of the crop window.
@@ -295,15 +317,4 @@ fn a_window_with_its_border_shows_what_the_whole_shows() {
     for (film, x, truth) in [(&whole, 4, tail), (&bordered, 0, tail), (&cut, 0, 0.0)] {
         assert_is(film.bin(x, 0, 0), truth, film);
     }
-}
-
-#[test]
-fn depth_zero_is_black() {
-    let text = format!(
-        r#"<integrator type="path"><integer name="max_depth" value="0"/></integrator>{SKY}<sensor type="radiancemeter">{}</sensor>"#,
-        pixel()
-    );
-    let (scene, _) = scene(&text);
-    let film = render(&scene, &settings(16, WavelengthCount::Four, 1), &abbe::render::NoProgress::new());
-    assert_eq!(film.combined(0, 0, [0.0, 1.0, 0.0]).mean, 0.0);
 }

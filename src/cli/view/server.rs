@@ -65,8 +65,10 @@ fn answer(page: &Page, request: &Request, address: SocketAddr) -> Answer {
         found.map(|header| header.value.as_str().to_owned())
     };
     let port = address.port();
+    // Browsers leave out the port of their protocol.
+    let host = header("Host").map(|host| if port == 80 && !host.contains(':') { host + ":80" } else { host });
     let hosts = [format!("127.0.0.1:{port}"), format!("localhost:{port}")];
-    let is_own = header("Host").is_some_and(|host| hosts.contains(&host));
+    let is_own = host.is_some_and(|host| hosts.contains(&host));
     let is_foreign =
         header("Sec-Fetch-Site").is_some_and(|site| !["same-origin", "none"].contains(&site.as_str()));
     if !is_own || is_foreign {

@@ -86,10 +86,13 @@ const ROWS: usize = 64;
 /// Angle across the sun for which the model holds, degrees.
 const SUN_APERTURE: f64 = 0.5358;
 
-/// cos of half an angle given in degrees, as single precision has it: for an angle like the sun's, 1 − cos is
-/// off by 0.2 % there, and with it the radiance of the disc in Mitsuba 3.
+/// cos of half the angle across a sun. That of the sun itself is as single precision has it: 1 − cos is off
+/// by 0.2 % there, and with it the radiance of the disc in Mitsuba 3.
 fn cos_half(degrees: f64) -> f64 {
-    f64::from((0.5 * degrees as f32).to_radians().cos())
+    if degrees == SUN_APERTURE {
+        return f64::from((0.5 * degrees as f32).to_radians().cos());
+    }
+    (0.5 * degrees).to_radians().cos()
 }
 
 impl Sky {

@@ -39,7 +39,6 @@ pub struct Optics {
     pub scattering: Spectrum,
 }
 
-/// Why a population cannot be tabulated.
 /// Why scattering by spheres cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MieError {

@@ -207,7 +207,7 @@ impl Setting<'_> {
             let [x, y] = project(corner)?.film;
             (min, max) = ([min[0].min(x), min[1].min(y)], [max[0].max(x), max[1].max(y)]);
         }
-        let circle = self.camera.circle_of_confusion(bounds.centre(), self.time).unwrap_or(0.0);
+        let circle = self.camera.circle_of_confusion_radius(bounds.centre(), self.time).unwrap_or(0.0);
         let window = self.film.window;
         let is_shown = (0..2).all(|axis| {
             let begins = f64::from(window.offset[axis]);

@@ -344,9 +344,9 @@ impl<'a> Compiler<'a> {
         materials: &mut MaterialCompiler,
     ) -> (Vec<Shape>, Vec<Surface>, Vec<Light>) {
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        for Traced { shape, to_traced, flip_normals, part, carried } in groups.shapes(&self.shift) {
+        for Traced { shape, to_traced, part, facing, carried } in groups.shapes(&self.shift) {
             let geometry =
-                shapes::place(shape, &to_traced, flip_normals, part).and_then(shapes::within_reach);
+                shapes::place_facing(shape, &to_traced, facing, part).and_then(shapes::within_reach);
             let Some(geometry) = self.keep(&shape.place, geometry) else { continue };
             if part {
                 self.refuse_open(shape, &geometry);

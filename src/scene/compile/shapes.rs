@@ -67,6 +67,35 @@ pub(in crate::scene) fn place(
     })
 }
 
+/// Which way the normals of a shape point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Facing {
+    /// As the file has it.
+    AsGiven,
+    /// Out of what is closed, whatever the file says: a part of a solid, whose inside is told by its surface.
+    Outward,
+    /// Likewise into it: a part that is cut away.
+    Inward,
+}
+
+/// The same with normals that point a certain way.
+pub(super) fn place_facing(
+    shape: &ShapeDescription,
+    to_world: &Transform,
+    facing: Facing,
+    part: bool,
+) -> Result<shape::Shape, ShapeError> {
+    let flip = shape.flip_normals != (facing == Facing::Inward);
+    let placed = place(shape, to_world, flip, part)?;
+    let is_turned = match facing {
+        Facing::AsGiven => false,
+        Facing::Outward => !placed.faces_outward(),
+        Facing::Inward => placed.faces_outward(),
+    };
+    // Edges are looked at only where something is wrong.
+    if is_turned && placed.is_closed().is_ok() { place(shape, to_world, !flip, part) } else { Ok(placed) }
+}
+
 /// The same, unless no tree could hold it.
 pub(super) fn within_reach(shape: shape::Shape) -> Result<shape::Shape, ShapeError> {
     if shape.bounds().reach() <= FARTHEST { Ok(shape) } else { Err(ShapeError::Far) }

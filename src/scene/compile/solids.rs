@@ -1,7 +1,7 @@
 //! Solids of a description, taken apart into their leaves.
 
 use super::groups::{Keys, Piece, placing};
-use super::shapes;
+use super::shapes::{self, Facing};
 use crate::geometry::{Bounds, Transform};
 use crate::scene::description::{Part, ShapeDescription, Solid};
 use crate::shape::solid::{Operation, Tree};
@@ -151,7 +151,8 @@ impl Above {
         let depends = |transform: &Transform| shapes::depends_on(shape, transform);
         let placed = keys.as_ref().map_or(Transform::IDENTITY, |keys| placing(keys, self.shutter, depends));
         let (to_group, to_keys) = (to_group.then(&placed), placed.inverse());
-        Piece { shape, to_group, part: true, subtracted: self.subtracted, keys, to_keys }
+        let facing = if self.subtracted { Facing::Inward } else { Facing::Outward };
+        Piece { shape, to_group, part: true, facing, keys, to_keys }
     }
 
     /// What is above does not move where something below does. To turn, move and scale all of a motion alike

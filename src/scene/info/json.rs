@@ -15,7 +15,7 @@ pub fn json(description: &Description, features: &Features, folder: Option<&Path
     let mut ids = BTreeSet::new();
     let scene = write::scene(description);
     collect_ids(&scene, &mut ids);
-    let mut writer = Writer { folder, ids, node: BTreeSet::new(), text: String::new(), depth: 0 };
+    let mut writer = Writer { folder, ids, written: BTreeSet::new(), text: String::new(), depth: 0 };
     writer.open('{');
     writer.key("scene");
     writer.object(&scene, None);
@@ -60,7 +60,7 @@ struct Writer {
     /// All ids of the scene, and keys that were made up: both are names that a reference could mean.
     ids: BTreeSet<String>,
     /// Ids of objects that are written already.
-    node: BTreeSet<String>,
+    written: BTreeSet<String>,
     text: String,
     depth: usize,
 }
@@ -96,11 +96,11 @@ impl Writer {
     /// `key` is what the object stands under.
     fn object(&mut self, node: &Node, key: Option<&str>) {
         if let Some(id) = &node.id {
-            if self.node.contains(id) {
+            if self.written.contains(id) {
                 self.text.push_str(&format!("{{\"type\": \"ref\", \"id\": {}}}", quoted(id)));
                 return;
             }
-            self.node.insert(id.clone());
+            self.written.insert(id.clone());
         }
         self.open('{');
         self.key("type");
@@ -136,7 +136,7 @@ impl Writer {
     fn groups_of(&mut self, instance: &Node, used: &mut BTreeSet<String>) {
         for property in &instance.properties {
             let Value::Object(group) = &property.value else { continue };
-            let is_new = group.id.as_ref().is_some_and(|id| !self.node.contains(id));
+            let is_new = group.id.as_ref().is_some_and(|id| !self.written.contains(id));
             if group.plugin == "shapegroup" && is_new {
                 let key = self.key_of(group, true, used);
                 self.comma();
@@ -152,7 +152,7 @@ impl Writer {
             && in_scene
             // Mitsuba 3 keeps dots for paths of keys.
             && !id.contains('.')
-            && !self.node.contains(id)
+            && !self.written.contains(id)
             && used.insert(id.clone())
         {
             return id.clone();

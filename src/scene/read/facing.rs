@@ -12,12 +12,12 @@ use std::sync::Arc;
 
 impl Reader {
     /// Says of which shapes, all in the same coordinates, the inside is on the outside. A cavity in a body of
-    /// the same material is meant to be so.
-    pub(super) fn inside_out<'a>(&self, shapes: impl Iterator<Item = &'a ShapeDescription> + Clone) {
+    /// the same material is meant to be so. Parts of solids are turned as they must be.
+    pub(super) fn inside_out(&self, shapes: &[ShapeDescription]) {
         let encloses = |shape: &&ShapeDescription| parts_media(&shape.bsdf.kind) || shape.interior.is_some();
-        for shape in shapes.clone().filter(|shape| encloses(shape) && faces_inward(shape)) {
+        for shape in shapes.iter().filter(|shape| encloses(shape) && faces_inward(shape)) {
             let within = around(shape);
-            let is_cavity = shapes.clone().any(|other| {
+            let is_cavity = shapes.iter().any(|other| {
                 !std::ptr::eq(shape, other)
                     && same_inside(&shape.bsdf, &other.bsdf)
                     && around(other).contains(within)

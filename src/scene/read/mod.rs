@@ -254,9 +254,9 @@ impl Reader {
         let groups = groups::shown(&instances);
         let grouped = groups.iter().flat_map(|group| &group.shapes);
         let grouped_solids = groups.iter().flat_map(|group| &group.solids);
-        self.inside_out(shapes.iter().chain(solids.iter().flat_map(Solid::leaves)));
+        self.inside_out(&shapes);
         for group in self.groups.borrow().values() {
-            self.inside_out(group.shapes.iter().chain(group.solids.iter().flat_map(Solid::leaves)));
+            self.inside_out(&group.shapes);
         }
         let parts = solids.iter().chain(grouped_solids).flat_map(Solid::leaves);
         let all: Vec<_> = shapes.iter().chain(grouped).chain(parts).collect();

@@ -143,7 +143,11 @@ pub(in crate::scene) fn check(
             })
         }
         SpectrumKind::Checkerboard(board) => {
-            Some(board.colours.iter().all(|colour| spectra::check(reader, colour, name, purpose)))
+            // All of them, so that each that is wrong is reported.
+            Some(
+                board.colours.iter().filter(|colour| !spectra::check(reader, colour, name, purpose)).count()
+                    == 0,
+            )
         }
         SpectrumKind::Procedural(_) if purpose == Use::Normals => refuse(
             format!("{title} is one number, not a normal"),
@@ -156,7 +160,6 @@ pub(in crate::scene) fn check(
                 // Between numbers there is a slope, though they have none.
                 spectra::check(reader, colour, name, if slopes { purpose } else { Use::Weight })
             };
-            // All of them, so that each that is wrong is reported.
             Some(procedural.colours.iter().filter(|colour| !fits(colour)).count() == 0)
         }
         SpectrumKind::Vector(_) if purpose == Use::Normals => Some(true),
@@ -179,13 +182,9 @@ pub(in crate::scene) fn check(
             if let Some((problem, expected, remedy)) = unfit(purpose, channels) {
                 return refuse(format!("{title} is {problem}"), expected, remedy);
             }
-            let bad = grid.values.iter().find(|&&value| !purpose.allows(f64::from(value) * source.scale));
-            bad.map_or(Some(true), |&value| {
-                refuse(
-                    format!("{title} is {value} in a cell"),
-                    purpose.expected(),
-                    purpose.remedy(f64::from(value)),
-                )
+            let mut values = grid.values.iter().map(|&value| f64::from(value) * source.scale);
+            values.find(|&value| !purpose.allows(value)).map_or(Some(true), |value| {
+                refuse(format!("{title} is {value} in a cell"), purpose.expected(), purpose.remedy(value))
             })
         }
         SpectrumKind::Daylit(nested) => Some(spectra::check(reader, nested, name, purpose)),

@@ -135,25 +135,75 @@ struct Link {
     cone: Anchored<RoundCone>,
     /// The balls at its ends, as its neighbours have them.
     ends: [ControlPoint; 2],
+    /// Whether the segment before it, and the one after it, are of the same curve.
+    is_joined: [bool; 2],
 }
 
 impl Link {
-    /// Where a ray enters, and how far along the ray that is measured from.
+    fn is_point(&self) -> bool {
+        self.ends[0].position == self.ends[1].position
+    }
+}
+
+/// The segments of linear curves.
+#[derive(Clone, Debug)]
+struct Links(Arc<[Link]>);
+
+impl Links {
+    fn of(curves: &[Vec<ControlPoint>]) -> Self {
+        let link = |curve: &[ControlPoint], i: usize| {
+            let ends = [curve[i], curve[i + 1]];
+            let middle = 0.5 * (ends[0].position + ends[1].position);
+            let piece = cone(ends, middle);
+            let cone = Anchored { middle, reach: piece.reach(), piece };
+            Link { cone, ends, is_joined: [i > 0, i + 2 < curve.len()] }
+        };
+        Self(curves.iter().flat_map(|curve| (0..curve.len() - 1).map(|i| link(curve, i))).collect())
+    }
+
+    /// Where a ray enters a segment, and how far along the ray that is measured from.
     ///
     /// The ball at a joint is the end of one segment and the beginning of another. Both compute the entry
     /// into it from the same numbers, so that it is equally near on both, and the first of them has it
-    /// everywhere.
-    fn entry(&self, ray: &Ray) -> Option<(Spot, f64)> {
-        let Anchored { middle, reach, piece } = &self.cone;
+    /// everywhere. Neither has what is within the other one, as in Mitsuba 3.
+    fn entry(&self, segment: usize, ray: &Ray) -> Option<(Spot, f64)> {
+        let Link { cone: Anchored { middle, reach, piece }, ends, .. } = &self.0[segment];
         let (line, shift) = Near::new(ray.origin, ray.direction, *middle, *reach)?;
         let entry = piece.span(&line)?.enter;
-        let [first, last] = &self.ends;
         let end = match entry.u {
-            0.0 => ball_entry(first, 0.0, ray),
-            1.0 => ball_entry(last, 1.0, ray),
-            _ => None,
+            0.0 => 0,
+            1.0 => 1,
+            _ => return Some((entry, shift)),
         };
-        Some(end.unwrap_or((entry, shift)))
+        let (spot, from) = ball_entry(&ends[end], entry.u, ray).unwrap_or((entry, shift));
+        let point = ray.origin + ray.direction * from - ends[end].position + ray.direction * spot.t;
+        (!self.hides(segment, end, point)).then_some((spot, from))
+    }
+
+    /// Whether a point of the ball at an end of a segment, relative to the ball's middle, is within the
+    /// segment that follows there.
+    fn hides(&self, segment: usize, end: usize, point: Vec3) -> bool {
+        let link = &self.0[segment];
+        let ball = &link.ends[end];
+        let is_within_next = |side: usize| {
+            let (mut at, mut next) = (segment, link);
+            while next.is_joined[side] {
+                at = if side == 0 { at - 1 } else { at + 1 };
+                next = &self.0[at];
+                if next.ends[1 - side].radius != ball.radius {
+                    return false;
+                }
+                if !next.is_point() {
+                    // The hull of balls with radii r and s whose middles are a apart touches the first where
+                    // p · a = −r (s − r). Where one holds the other, that is beyond all of its points p.
+                    let other = &next.ends[side];
+                    let touched = -ball.radius * (other.radius - ball.radius);
+                    return point.dot(other.position - ball.position) > touched;
+                }
+            }
+            false
+        };
+        if link.is_point() { is_within_next(0) || is_within_next(1) } else { is_within_next(end) }
     }
 }
 
@@ -168,16 +218,17 @@ fn ball_entry(ball: &ControlPoint, u: f64, ray: &Ray) -> Option<(Spot, f64)> {
 
 #[derive(Clone, Debug)]
 enum Segments {
-    Linear(Arc<[Link]>),
+    Linear(Links),
     BSpline(Arc<[Anchored<SplineSegment>]>),
 }
 
 /// Mitsuba 3's curves.
 ///
 /// Linear ones are round cones, the hulls of neighbouring balls; B-splines are tubes, open at both ends,
-/// whose circle stands across the path. Only what faces the ray is met: from within they are invisible,
-/// though not each other. Radii are those of the world, wherever the control points are put. Hits carry the
-/// segment as their triangle and the place along it as first barycentric coordinate.
+/// whose circle stands across the path. Only what faces the ray is met: from within they are invisible.
+/// Segments that follow on one another have no ends within each other. Radii are those of the world, wherever
+/// the control points are put. Hits carry the segment as their triangle and the place along it as first
+/// barycentric coordinate.
 #[derive(Clone, Debug)]
 pub struct Curves {
     segments: Segments,
@@ -210,16 +261,7 @@ impl Curves {
             return Err(ShapeError::TooLarge);
         }
         let segments = match kind {
-            CurveKind::Linear => Segments::Linear(
-                windows()
-                    .map(|pair| {
-                        let middle = 0.5 * (pair[0].position + pair[1].position);
-                        let piece = cone([pair[0], pair[1]], middle);
-                        let cone = Anchored { middle, reach: piece.reach(), piece };
-                        Link { cone, ends: [pair[0], pair[1]] }
-                    })
-                    .collect(),
-            ),
+            CurveKind::Linear => Segments::Linear(Links::of(&placed)),
             CurveKind::BSpline => Segments::BSpline(
                 windows()
                     .map(|four| {
@@ -238,7 +280,7 @@ impl Curves {
     /// Number of segments of all curves.
     pub fn segment_count(&self) -> usize {
         match &self.segments {
-            Segments::Linear(links) => links.len(),
+            Segments::Linear(links) => links.0.len(),
             Segments::BSpline(segments) => segments.len(),
         }
     }
@@ -289,7 +331,7 @@ impl Curves {
         };
         match &self.segments {
             Segments::Linear(links) => {
-                links[segment as usize].entry(ray).into_iter().for_each(|(spot, shift)| give(spot, shift));
+                links.entry(segment as usize, ray).into_iter().for_each(|(spot, shift)| give(spot, shift));
             }
             Segments::BSpline(segments) => {
                 let Anchored { middle, reach, piece } = &segments[segment as usize];
@@ -304,7 +346,7 @@ impl Curves {
     fn tube_point(&self, segment: u32, u: f64, position: Vec3) -> TubePoint {
         match &self.segments {
             Segments::Linear(links) => {
-                let Anchored { middle, reach, piece } = links[segment as usize].cone;
+                let Anchored { middle, reach, piece } = links.0[segment as usize].cone;
                 let outward = position - middle - piece.centre(u);
                 let normal = outward.try_normalize().unwrap_or(Vec3::Z);
                 TubePoint {
@@ -373,7 +415,7 @@ impl Curves {
     pub fn segment_bounds(&self, segment: u32) -> Bounds {
         let (middle, bounds) = match &self.segments {
             Segments::Linear(links) => {
-                (links[segment as usize].cone.middle, links[segment as usize].cone.piece.bounds())
+                (links.0[segment as usize].cone.middle, links.0[segment as usize].cone.piece.bounds())
             }
             Segments::BSpline(segments) => {
                 (segments[segment as usize].middle, segments[segment as usize].piece.bounds())
@@ -390,7 +432,7 @@ impl Curves {
     /// Area of all segments, parts inside other segments included.
     pub fn area(&self) -> f64 {
         match &self.segments {
-            Segments::Linear(links) => links.iter().map(|link| link.cone.piece.area()).sum(),
+            Segments::Linear(links) => links.0.iter().map(|link| link.cone.piece.area()).sum(),
             Segments::BSpline(segments) => segments.iter().map(|segment| segment.piece.tube_area()).sum(),
         }
     }

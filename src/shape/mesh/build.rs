@@ -24,6 +24,7 @@ impl MeshData {
             }
             if to_world.mirrors() {
                 placed.indices.iter_mut().for_each(|indices| indices.swap(1, 2));
+                placed.is_rewound ^= true;
             }
         }
         placed

@@ -152,6 +152,7 @@ impl MeshData {
             attributes: self.attributes.iter().map(attribute).collect(),
             indices,
             flip_normals: self.flip_normals,
+            is_rewound: self.is_rewound,
         }
     }
 }

@@ -36,12 +36,15 @@ pub struct MeshData {
     pub attributes: Vec<MeshAttribute>,
     /// Turns geometric and shading normals.
     pub flip_normals: bool,
+    /// Whether the second and the third vertex of each triangle have changed places, so that it winds around
+    /// its normals although a transform mirrors it.
+    pub is_rewound: bool,
 }
 
 /// Values of the vertices or the triangles of a mesh, as its file names them.
 ///
-/// In Mitsuba 3 three channels are a colour (linear sRGB, upsampled where they stand, the coefficients
-/// interpolated) if the name contains "color", and three plain numbers otherwise.
+/// Three channels are a colour (linear sRGB, made into spectra where they stand, which are interpolated). In
+/// Mitsuba 3, which interpolates the coefficients, they are so only if the name contains "color".
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshAttribute {
     /// With Mitsuba 3's prefix: `vertex_color`, `face_density`.
@@ -215,12 +218,16 @@ impl Mesh {
         SurfaceHit { point, shading_normal }
     }
 
-    /// uv and its tangent, by the vertices' coordinates; without them the barycentric ones.
+    /// uv and its tangent, by the vertices' coordinates; without them the barycentric ones of the second and
+    /// the third vertex, as the file orders them.
     pub fn parametrisation(&self, triangle: u32, barycentric: [f64; 2]) -> Parametrisation {
         let [a, b, c] = self.triangle(triangle);
         let [v, w] = barycentric;
         let (ab, ac) = (b - a, c - a);
         let Some(uvs) = &self.data.uvs else {
+            if self.data.is_rewound {
+                return Parametrisation { uv: [w, v], tangent: ac, bitangent: ab };
+            }
             return Parametrisation { uv: barycentric, tangent: ab, bitangent: ac };
         };
         let [uv_a, uv_b, uv_c] =

@@ -16,8 +16,8 @@ mod tori;
 mod worked;
 
 use super::{
-    CurveKind, Cylinder, Disk, GridShape, HeightField, Mesh, MeshData, Patches, ProfileOrImplicit, Quadric,
-    QuadricKind, SdfGrid, Shape, ShapeError, Sheets, Sphere, Torus,
+    CurveKind, Cylinder, Disk, GridShape, HeightField, Mesh, MeshData, Parametrisation, Patches,
+    ProfileOrImplicit, Quadric, QuadricKind, SdfGrid, Shape, ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
@@ -263,6 +263,22 @@ fn conventions_are_those_of_mitsuba() {
         let [u, v] = coordinates.uv;
         assert!(close(u, uv[0], 1e-4) && close(v, uv[1], 1e-4), "case {i}: {coordinates:?}");
         assert!(near(coordinates.tangent, Vec3::from_array(tangent), 1e-4), "case {i}: {coordinates:?}");
+    }
+    // A triangle with normals and no coordinates: these are where its vertices are, mirrored or not.
+    let data = MeshData {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        indices: vec![[0, 1, 2]],
+        normals: Some(vec![[0.0, 0.0, 1.0]; 3]),
+        ..MeshData::default()
+    };
+    for (place, x) in [(id, 1.0), (mirror, -1.0)] {
+        let mesh = Shape::Mesh(Mesh::new(data.transformed(&place)).unwrap());
+        let ray = Ray::new(Vec3::new(0.3 * x, 0.2, 5.0), -Vec3::Z);
+        let hit = mesh.intersect(&ray).unwrap();
+        let found = mesh.surface(&hit, &ray).point;
+        let Parametrisation { uv: [u, v], tangent, bitangent } = mesh.parametrisation(&hit, found.position);
+        assert!(close(u, 0.3, 1e-7) && close(v, 0.2, 1e-7), "{u} {v}");
+        assert_eq!([found.normal, tangent, bitangent], [Vec3::Z, Vec3::X * x, Vec3::Y]);
     }
     // A tetrahedron without normals: smooth, and inside out when mirrored.
     let data = MeshData {

@@ -80,6 +80,39 @@ fn texts_that_a_scene_names_may_begin_with_a_byte_order_mark() {
     }
 }
 
+/// Text and bytes, where faces have a second list: coordinates of their corners, as some programs write them.
+#[test]
+fn faces_of_a_ply_may_have_further_lists() {
+    let folder = Folder::new("lists");
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+             element face 1\nproperty list uchar float texcoord\nproperty list uchar int vertex_indices\n\
+             property list uchar uchar flags\nend_header\n"
+        )
+    };
+    folder.write("text.ply", format!("{}0 0 0\n1 0 0\n0 1 0\n2 0.5 0.25 3 0 1 2 1 7\n", header("ascii")));
+    let mut bytes = header("binary_little_endian").into_bytes();
+    let place =
+        |bytes: &mut Vec<u8>, values: &[f32]| values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+    place(&mut bytes, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    bytes.push(2);
+    place(&mut bytes, &[0.5, 0.25]);
+    bytes.push(3);
+    (0..3i32).for_each(|index| bytes.extend(index.to_le_bytes()));
+    bytes.extend([1, 7]);
+    std::fs::write(folder.path("bytes.ply"), bytes).unwrap();
+    for name in ["text.ply", "bytes.ply"] {
+        let file = folder.path(name);
+        let scene = scene(&format!(
+            r#"<shape type="ply"><string name="filename" value="{}"/></shape>"#,
+            file.display()
+        ));
+        let ShapeKind::Mesh { mesh, .. } = &scene.shapes[0].kind else { panic!("{name}") };
+        assert_eq!(mesh.indices, [[0, 1, 2]], "{name}");
+    }
+}
+
 /// A file of measured reflection is read, and one that is damaged is refused by its place and with what is
 /// wrong in it.
 #[test]

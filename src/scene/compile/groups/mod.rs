@@ -7,7 +7,7 @@ mod lamps;
 #[cfg(test)]
 mod tests;
 
-use super::shapes;
+use super::shapes::{self, Facing};
 use super::solids::Plan;
 use crate::accel::{self, Accel};
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
@@ -51,9 +51,9 @@ pub(super) struct Piece<'a> {
     /// To the coordinates of the group, or, where it moves within a solid, to those that its motion takes
     /// further.
     pub to_group: Transform,
-    /// Whether it is a part of a solid, and, then, whether it is cut away.
+    /// Whether it is traced as a part of a solid.
     pub part: bool,
-    pub subtracted: bool,
+    pub facing: Facing,
     /// Keyframes of a part of a solid that moves by itself.
     pub keys: Option<Keys>,
     /// From the coordinates that [`Self::to_group`] leads to, to those that the keyframes carry.
@@ -93,9 +93,9 @@ pub(super) struct Traced<'a> {
     pub shape: &'a ShapeDescription,
     /// Transform to the coordinates that it is traced in.
     pub to_traced: Transform,
-    pub flip_normals: bool,
-    /// Whether it is a part of a solid.
+    /// Whether it is traced as a part of a solid.
     pub part: bool,
+    pub facing: Facing,
     /// Where it is carried to from there, if it moves or has coordinates of its own, and shines.
     pub carried: Option<Placed>,
 }
@@ -135,7 +135,7 @@ pub(super) struct Assembled {
 impl<'a> Piece<'a> {
     pub fn whole(shape: &'a ShapeDescription, to_group: Transform) -> Self {
         let to_keys = Transform::IDENTITY;
-        Self { shape, to_group, part: false, subtracted: false, keys: None, to_keys }
+        Self { shape, to_group, part: false, facing: Facing::AsGiven, keys: None, to_keys }
     }
 
     /// Bounds in the coordinates that [`Self::to_group`] leads to.
@@ -212,8 +212,8 @@ impl<'a> Groups<'a> {
         let traced = |piece: &Piece<'a>, to_traced: Transform, carried: Option<Placed>| Traced {
             shape: piece.shape,
             to_traced,
-            flip_normals: piece.shape.flip_normals != piece.subtracted,
             part: piece.part,
+            facing: piece.facing,
             carried,
         };
         let own = self.own.pieces.iter().map(|piece| match &piece.keys {

@@ -82,8 +82,8 @@ declare! {
         sky_scale: brightness("sky_scale", "factor on the light of the sky"),
         sun_scale: brightness("sun_scale", "factor on the light of the sun"),
         sun_aperture: float("sun_aperture", 0.5358, "angle across the sun")
-            .within(Range { low: 0.0, with_low: false, high: 180.0, with_high: false }).unit("degrees")
-            .said("The sun is {} degrees wide", "expected an angle above 0 and below 180 degrees"),
+            .within(Range { low: 0.001, with_low: true, high: 180.0, with_high: false }).unit("degrees")
+            .said("The sun is {} degrees wide", "expected an angle from 0.001 to below 180 degrees"),
         complex_sun: boolean("complex_sun", false, "whether it is darker at its limb, by wavelength"),
     };
 }

@@ -26,7 +26,10 @@ pub fn rotation(query: &Query<'_>) -> Transform {
                 "The transform of light from all around scales",
                 "expected a transform that only rotates",
             )
-            .with_remedy("leave out <scale>: it would not make the surroundings larger, only distort them"),
+            .with_remedy(
+                "leave out <scale>, which would not make the surroundings larger, only distort them; a rotation \
+                 axis must have length 1",
+            ),
         );
         return Transform::IDENTITY;
     }
@@ -73,7 +76,10 @@ impl Field for Rigid {
             let problem = "The light is scaled while it moves";
             let error =
                 SceneError::at(&motion.place, problem, "expected keyframes that only rotate and move");
-            query.error(error.with_remedy("leave out <scale>: it would change what the light's angles mean"));
+            query.error(error.with_remedy(
+                "leave out <scale>, which would change what the light's angles mean; a rotation axis must have \
+                 length 1",
+            ));
         }
         Some((to_world, motion))
     }

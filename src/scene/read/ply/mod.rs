@@ -281,10 +281,13 @@ impl<'a> Cursor<'a> {
                 continue;
             }
             let count = length(next()?).map_err(|error| error.on(position))?;
-            list.clear();
+            let is_wanted = wanted == Some(index);
+            if is_wanted {
+                list.clear();
+            }
             for _ in 0..count {
                 let item = next()?;
-                if wanted == Some(index) {
+                if is_wanted {
                     list.push(item);
                 }
             }

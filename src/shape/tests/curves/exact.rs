@@ -187,17 +187,18 @@ impl SplineAlongLine {
         found
     }
 
-    /// The stretches of the line within any of the balls.
-    fn spans(&self, places: usize) -> Vec<[Doubled; 2]> {
+    /// The stretches of the line within any of the balls, and on which of them they begin.
+    fn spans(&self, places: usize) -> Vec<([Doubled; 2], f64)> {
         let less = |a: Doubled, b: Doubled| (a - b).high < 0.0;
         self.windows()
             .into_iter()
             .map(|window| {
                 let mut all: Vec<Doubled> = window.map(Doubled::from).to_vec();
                 all.extend([1.0, -1.0].iter().flat_map(|&side| self.roots(window, side, true, places)));
-                let first = all.iter().map(|&u| self.t(u, 1.0)).reduce(|a, b| if less(a, b) { a } else { b });
+                let entries = all.iter().map(|&u| (self.t(u, 1.0), u.high));
+                let (first, u) = entries.reduce(|a, b| if less(a.0, b.0) { a } else { b }).unwrap();
                 let last = all.iter().map(|&u| self.t(u, -1.0)).reduce(|a, b| if less(a, b) { b } else { a });
-                [first.unwrap(), last.unwrap()]
+                ([first, last.unwrap()], u)
             })
             .collect()
     }
@@ -215,10 +216,20 @@ impl Made {
         let mut found: Vec<Exact> = match self {
             Self::Curves(CurveKind::BSpline) => seen.flat_map(|seen| seen.tube(places)).collect(),
             Self::Curves(CurveKind::Linear) => {
-                seen.flat_map(|seen| seen.spans(places)).map(|[t, _]| Exact { t, enters: true }).collect()
+                let place = |t: Doubled| [0, 1, 2].map(|i| (line.start[i] + line.direction[i] * t).high);
+                let entries = |(n, seen): (usize, SplineAlongLine)| {
+                    let is_met = |&(t, u): &(Doubled, f64)| {
+                        let is_hidden = |end| is_within_next(place(t).into(), path, n, end);
+                        !(u == 0.0 && is_hidden(0) || u == 1.0 && is_hidden(1))
+                    };
+                    let begins = seen.spans(places).into_iter().map(|([t, _], u)| (t, u));
+                    begins.filter(is_met).collect::<Vec<_>>()
+                };
+                seen.enumerate().flat_map(entries).map(|(t, _)| Exact { t, enters: true }).collect()
             }
             Self::Swept(_) => {
-                let mut spans: Vec<_> = seen.flat_map(|seen| seen.spans(places)).collect();
+                let mut spans: Vec<_> =
+                    seen.flat_map(|seen| seen.spans(places)).map(|(span, _)| span).collect();
                 spans.sort_by(|a, b| before(&a[0], &b[0]));
                 let mut whole: Vec<[Doubled; 2]> = Vec::new();
                 for span in spans {
@@ -238,4 +249,18 @@ impl Made {
         found.sort_by(|a, b| before(&a.t, &b.t));
         found.iter().map(|exact| Exact { t: exact.t + line.at.into(), ..*exact }).collect()
     }
+}
+
+/// Whether a point on the ball at the beginning (0) or the end (1) of the n-th segment of a linear curve is
+/// within the segment that follows there: whether its balls grow around the point.
+fn is_within_next(point: Vec3, path: &[ControlPoint], n: usize, end: usize) -> bool {
+    let joint = &path[n + end];
+    let is_elsewhere = |other: &&ControlPoint| other.position != joint.position;
+    let is_point = path[n].position == path[n + 1].position;
+    let before = path[..n].iter().rev().find(is_elsewhere).filter(|_| end == 0 || is_point);
+    let after = path[n + 1..].iter().find(is_elsewhere).filter(|_| end == 1 || is_point);
+    before.into_iter().chain(after).any(|other| {
+        let outward = (point - joint.position).normalize();
+        other.radius - joint.radius + outward.dot(other.position - joint.position) > 0.0
+    })
 }
