@@ -14,7 +14,7 @@ use super::Progress;
 use super::Schedule;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block};
-use super::pilot::{self, Chosen, Pilot, Scatter, average};
+use super::pilot::{self, BlockNoise, Chosen, Pilot, average};
 use crate::film::Region;
 use crate::sampling::{Sampler, SamplerKind, mix};
 use crate::stats::relmse_scale;
@@ -152,7 +152,7 @@ impl Allocation {
         };
         let corners: Vec<[i64; 2]> = (0..count(edge)).map(corner).collect();
         let pilot = Pilot { sampler: kind, schedule: of_pilot, seed, plan: chosen.plan };
-        let found = pilot::scatter(picture, &pilot, chosen.wavelengths, &corners, progress);
+        let found = pilot::noise_of_blocks(picture, &pilot, chosen.wavelengths, &corners, progress);
         if predicted_gain(&found, schedule.samples_per_replicate) < LEAST_GAIN {
             return even;
         }
@@ -170,16 +170,16 @@ impl Samplers {
 }
 
 /// What a sample of a cell costs, in rays.
-fn cost(cell: &Scatter) -> f64 {
+fn cost(cell: &BlockNoise) -> f64 {
     OVERHEAD + cell.rays
 }
 
 /// The relative standard deviation of the pixels of each cell. As the relative mean squared error does, it
 /// takes 0.01 times the square of the picture's mean as the least square of a mean. That of a pixel is hardly
 /// known, so the cell's own has half of the weight.
-fn deviations(cells: &[Scatter]) -> Vec<f64> {
+fn deviations(cells: &[BlockNoise]) -> Vec<f64> {
     let of_picture = average(cells.iter().flat_map(|cell| &cell.pixels).map(|&[mean, _]| mean));
-    let of_cell = |Scatter { pixels, .. }: &Scatter| {
+    let of_cell = |BlockNoise { pixels, .. }: &BlockNoise| {
         let of_cell = average(pixels.iter().map(|&[mean, _]| mean));
         let relative = |&[mean, variance]: &[f64; 2]| {
             let square = 0.5 * (mean * mean + of_cell * of_cell) + relmse_scale(0.0, of_picture);
@@ -191,22 +191,25 @@ fn deviations(cells: &[Scatter]) -> Vec<f64> {
 }
 
 /// What the number of each cell's samples is to be in proportion to.
-fn wanted(cells: &[Scatter]) -> Vec<f64> {
+fn wanted(cells: &[BlockNoise]) -> Vec<f64> {
     deviations(cells).iter().zip(cells).map(|(deviation, cell)| deviation / cost(cell).sqrt()).collect()
 }
 
 /// By how much less the same error costs, by what a pilot found in each cell. A pilot finds differences where
 /// there are none, so each half of every cell is judged with the shares that the other asks for, and the
 /// lesser gain counts.
-fn predicted_gain(cells: &[Scatter], samples_per_replicate: u32) -> f64 {
+fn predicted_gain(cells: &[BlockNoise], samples_per_replicate: u32) -> f64 {
     let halves = cells.iter().map(|cell| {
         let (first, second) = cell.pixels.split_at(cell.pixels.len() / 2);
-        let half =
-            |pixels: &[[f64; 2]]| Scatter { pixels: pixels.to_vec(), rays: cell.rays, ..Scatter::default() };
+        let half = |pixels: &[[f64; 2]]| BlockNoise {
+            pixels: pixels.to_vec(),
+            rays: cell.rays,
+            ..BlockNoise::default()
+        };
         (half(first), half(second))
     });
-    let [first, second]: [Vec<Scatter>; 2] = halves.unzip().into();
-    let gain = |by: &[Scatter], of: &[Scatter]| {
+    let [first, second]: [Vec<BlockNoise>; 2] = halves.unzip().into();
+    let gain = |by: &[BlockNoise], of: &[BlockNoise]| {
         let shares = shares(&wanted(by), samples_per_replicate);
         let [mut even, mut allocated] = [[0.0; 2]; 2];
         for ((deviation, share), cell) in deviations(of).iter().zip(&shares).zip(of) {
@@ -277,9 +280,9 @@ mod tests {
     fn a_gain_is_predicted_by_what_both_halves_of_cells_say() {
         let cell = |first: f64, second: f64, cost: f64| {
             let pixels = vec![[1.0, first], [1.0, first], [1.0, second], [1.0, second]];
-            Scatter { pixels, rays: cost - OVERHEAD, ..Scatter::default() }
+            BlockNoise { pixels, rays: cost - OVERHEAD, ..BlockNoise::default() }
         };
-        let of = |cells: [Scatter; 4]| predicted_gain(&cells, 8);
+        let of = |cells: [BlockNoise; 4]| predicted_gain(&cells, 8);
         let (quiet, noisy) = (|| cell(0.0, 0.0, 1.0), |cost: f64| cell(1.0, 1.0, cost));
         // Twice the samples for one cell and half for the others, of which the pilot saw no error.
         let clear = of([quiet(), quiet(), quiet(), noisy(1.0)]);
@@ -296,8 +299,11 @@ mod tests {
     /// As many cells as err by 1 for 1 have twice the samples of those that err by 1 for 4.
     #[test]
     fn what_costs_more_has_fewer_samples() {
-        let cell =
-            |cost: f64| Scatter { pixels: vec![[1.0, 1.0]; 4], rays: cost - OVERHEAD, ..Scatter::default() };
+        let cell = |cost: f64| BlockNoise {
+            pixels: vec![[1.0, 1.0]; 4],
+            rays: cost - OVERHEAD,
+            ..BlockNoise::default()
+        };
         let of = shares(&wanted(&[cell(1.0), cell(4.0), cell(4.0), cell(4.0)]), 8);
         assert_eq!(of.iter().map(|share| share.0).collect::<Vec<_>>(), [0, -1, -1, -1]);
     }

@@ -123,7 +123,7 @@ pub(super) fn choose(
     let mut known: Option<Brightness> = None;
     let mut relative = |plan: Plan, wavelengths: WavelengthCount| {
         let pilot = Pilot { sampler, schedule, seed, plan };
-        let found = scatter(picture, &pilot, wavelengths, &corners, progress);
+        let found = noise_of_blocks(picture, &pilot, wavelengths, &corners, progress);
         // One scale for all.
         let known = known.get_or_insert_with(|| Brightness::new(&corners, &found));
         Relative::new(&found, schedule.samples() as f64, known)
@@ -211,7 +211,7 @@ const LEFT_OUT: f64 = 0.02;
 
 impl Relative {
     /// By what blocks with so many samples of a pixel have found.
-    fn new(found: &[Scatter], samples: f64, known: &Brightness) -> Self {
+    fn new(found: &[BlockNoise], samples: f64, known: &Brightness) -> Self {
         let sorted = |variance: fn(&[f64; 2], f64) -> f64| {
             let pixels = found.iter().flat_map(|block| block.pixels.iter().zip(&block.colour));
             let relative = pixels.map(|(pixel, &colour)| {
@@ -253,11 +253,11 @@ struct Brightness {
 
 impl Brightness {
     /// By the means and variances of the pixels of blocks at some corners.
-    fn new(corners: &[[i64; 2]], found: &[Scatter]) -> Self {
+    fn new(corners: &[[i64; 2]], found: &[BlockNoise]) -> Self {
         let mean = average(found.iter().flat_map(|block| &block.pixels).map(|&[mean, _]| mean));
         let mut known = Self { least: relmse_scale(0.0, mean), blocks: Vec::new() };
         let of_block =
-            |block: &Scatter| average(block.pixels.iter().map(|&[mean, _]| known.per_square(mean)));
+            |block: &BlockNoise| average(block.pixels.iter().map(|&[mean, _]| known.per_square(mean)));
         known.blocks = corners.iter().copied().zip(found.iter().map(of_block)).collect();
         known
     }
@@ -347,7 +347,7 @@ impl Pilot {
 
 /// What a pilot finds of a block.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Scatter {
+pub(super) struct BlockNoise {
     /// For each pixel that has samples and is measured, what the nets make of it, and the variance of that.
     pub pixels: Vec<[f64; 2]>,
     /// For each of them the mean of the variances of red, green and blue.
@@ -357,34 +357,34 @@ pub(super) struct Scatter {
 }
 
 /// What a pilot finds of some blocks, by their corners. Blocks have no pixels once the pilot is cancelled.
-pub(super) fn scatter(
+pub(super) fn noise_of_blocks(
     picture: &Exposure,
     pilot: &Pilot,
     wavelengths: WavelengthCount,
     corners: &[[i64; 2]],
     progress: &dyn Progress,
-) -> Vec<Scatter> {
+) -> Vec<BlockNoise> {
     let even = Allocation::even(picture.extent.window);
     let members = Members::of(picture.scene, pilot.plan);
     let groups = Groups::new(members, pilot.schedule.nets(), pilot.seed);
     let exposure = pilot.exposure(picture, &even, &groups);
-    with_count!(wavelengths, C => exposure.scatter_of_blocks::<C>(corners, progress))
+    with_count!(wavelengths, C => exposure.noise_of_blocks::<C>(corners, progress))
 }
 
 impl Exposure<'_> {
-    fn scatter_of_blocks<const C: usize>(
+    fn noise_of_blocks<const C: usize>(
         &self,
         corners: &[[i64; 2]],
         progress: &dyn Progress,
-    ) -> Vec<Scatter> {
+    ) -> Vec<BlockNoise> {
         let of_block = |workspace: &mut Workspace<C>, corner: &[i64; 2]| {
             let is_stopped = progress.stop().load(Ordering::Relaxed);
-            if is_stopped { Scatter::default() } else { self.scatter_of_block(*corner, workspace) }
+            if is_stopped { BlockNoise::default() } else { self.noise_of_block(*corner, workspace) }
         };
         corners.par_iter().map_init(Workspace::default, of_block).collect()
     }
 
-    fn scatter_of_block<const C: usize>(&self, corner: [i64; 2], workspace: &mut Workspace<C>) -> Scatter {
+    fn noise_of_block<const C: usize>(&self, corner: [i64; 2], workspace: &mut Workspace<C>) -> BlockNoise {
         let before = rays_of_this_thread();
         let nets = self.schedule.nets();
         let tiles: Vec<_> = (0..nets)
@@ -416,7 +416,7 @@ impl Exposure<'_> {
         let is_sampled = |place: &usize| tiles.iter().all(|tile| tile.is_sampled(*place));
         let places: Vec<_> = (0..tiles[0].pixel_count()).filter(is_sampled).collect();
         let samples = (places.len() as u64 * self.schedule.samples()).max(1);
-        Scatter {
+        BlockNoise {
             pixels: places.iter().map(pixel).collect(),
             colour: places.iter().map(colour).collect(),
             rays: rays as f64 / samples as f64,
