@@ -361,4 +361,23 @@ mod tests {
         assert_eq!(target.estimate(&black), None);
         assert_eq!(Target { measure: ErrorMeasure::ColourDifference, ..target }.estimate(&black), None);
     }
+
+    /// A response that sees only black has no error, and halves the mean over both.
+    #[test]
+    fn a_black_response_has_no_error() {
+        let of = |responses: usize| {
+            let extras = Extras { responses: vec![1.0; responses], ..Extras::default() };
+            let mut film = Film::new(8, 8, 4, extras, FixedPoint::for_reference(1.0));
+            let mut tile = film.extras.tile([0, 0], [8, 8], 0..4);
+            for place in 0..tile.pixel_count() {
+                for (replicate, value) in (0..).zip([2.0, 4.0, 2.0, 4.0]) {
+                    tile.add(place, replicate, film.extras.response_channel(0), value, film.scale());
+                    tile.add_weighed(place, replicate, &Tristimulus::BLACK, 1.0);
+                }
+            }
+            film.add(&tile);
+            Target { measure: ErrorMeasure::RelMse, bound: 0.05 }.estimate(&film).expect("it is known").value
+        };
+        assert!((of(1) / of(2) - 2.0).abs() < 1e-12, "{} {}", of(1), of(2));
+    }
 }

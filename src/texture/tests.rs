@@ -1,8 +1,8 @@
 use super::*;
 use crate::geometry::Transform;
 use crate::geometry::UvTransform;
-use crate::raster::{Grid, Image};
-use crate::shape::AtRest;
+use crate::raster::{Grid, Image, luminance};
+use crate::shape::{AtRest, Mesh, MeshAttribute, MeshData};
 
 const NM: [f64; 4] = [450.0, 550.0, 600.0, 650.0];
 
@@ -297,4 +297,28 @@ fn means_keep_narrow_lines() {
             assert!(texture.mean_spectrum(range).at(nm) > 0.0, "{texture:?} at {nm} nm");
         }
     }
+}
+
+/// Where a number is asked for, a colour of a mesh is its luminance, as that of an image is.
+#[test]
+fn a_colour_of_a_mesh_is_a_number_by_its_luminance() {
+    let attribute = |name: &str, channels: usize, values: [f32; 3]| MeshAttribute {
+        name: name.to_owned(),
+        per_face: true,
+        channels,
+        values: values[..channels].to_vec(),
+    };
+    let colour = [0.2, 0.6, 0.4];
+    let data = MeshData {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        indices: vec![[0, 1, 2]],
+        attributes: vec![attribute("face_color", 3, colour), attribute("face_weight", 1, [0.3; 3])],
+        ..MeshData::default()
+    };
+    let mesh = Mesh::new(data).unwrap();
+    let place = MeshPoint { mesh: &mesh, triangle: 0, barycentric: [0.2, 0.3] };
+    let at = TexturePoint { mesh: Some(place), ..at(0.0, 0.0) };
+    let value = |name: &str| Texture::Attribute(Attribute { name: name.to_owned(), scale: 2.0 }).value(&at);
+    close(&[value("face_color")], &[2.0 * luminance(colour.map(f64::from))], 1e-12);
+    close(&[value("face_weight")], &[2.0 * f64::from(0.3f32)], 1e-12);
 }

@@ -2,7 +2,7 @@
 
 use crate::common::{bins, described, expose, made, settings};
 use abbe::film::{Film, FilterKind, Measured};
-use abbe::render::WavelengthCount;
+use abbe::render::{WavelengthCount, render};
 use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::stats::sidak;
 use abbe::units::WavelengthRange;
@@ -317,4 +317,19 @@ fn a_window_with_its_border_shows_what_the_whole_shows() {
     for (film, x, truth) in [(&whole, 4, tail), (&bordered, 0, tail), (&cut, 0, 0.0)] {
         assert_is(film.bin(x, 0, 0), truth, film);
     }
+}
+
+#[test]
+fn depth_zero_is_black() {
+    let brightness = |depth: u32| {
+        let text = format!(
+            r#"<integrator type="path"><integer name="max_depth" value="{depth}"/></integrator>{SKY}<sensor type="radiancemeter">{}</sensor>"#,
+            pixel()
+        );
+        let (scene, _) = scene(&text);
+        let film = render(&scene, &settings(16, WavelengthCount::Four, 1), &abbe::render::NoProgress::new());
+        film.combined(0, 0, [0.0, 1.0, 0.0]).mean
+    };
+    assert_eq!(brightness(0), 0.0);
+    assert!(brightness(1) > 0.0);
 }

@@ -90,6 +90,35 @@ fn sampled_directions_follow_the_density_and_bring_all_the_light() {
     }
 }
 
+/// The light of a sun is spread over its disc, however small that is.
+#[test]
+fn suns_of_all_sizes_bring_the_same_light() {
+    let light = |aperture: f64| {
+        let settings = SkySettings {
+            turbidity: 3.0,
+            albedo: [0.3; 11],
+            sun_direction: Vec3::new(0.3, 0.2, 0.8).normalize(),
+            sky_scale: 0.01,
+            sun_scale: 1.0,
+            sun_aperture: aperture,
+            complex_sun: false,
+        };
+        let environment = Environment::Sky(Box::new(Sky::new(&settings, turned()).unwrap()));
+        let mut numbers = Numbers(Pcg64::new(3, 1));
+        let mut found = Moments::default();
+        for _ in 0..20_000 {
+            let (direction, density) = environment.sample(numbers.pair()).unwrap();
+            found.push(environment.radiance(direction, &[NM]).hero() / density);
+        }
+        found.estimate()
+    };
+    let expected = light(0.5358);
+    for aperture in [0.001, 0.02, 0.1, 8.0] {
+        let test = welch(&light(aperture), &expected);
+        assert!(test.p_value > 1e-3, "{aperture}: {test}");
+    }
+}
+
 /// The density that `sample` states is that of `density`, but where the two fall on different sides of an
 /// edge by rounding.
 #[test]
