@@ -259,7 +259,7 @@ impl Film {
         let first = self.index(x, y) * replicates;
         let weight = |cell: usize| self.sums.of(cell, WEIGHT) as f64 * FixedPoint::SHARE.quantum;
         let weights: Replicates = (first..first + replicates).map(weight).collect();
-        Pixel { film: self, first, weight: weights.iter().sum(), weights }
+        Pixel { film: self, first, weights }
     }
 
     /// A quantity of a pixel.
@@ -344,7 +344,6 @@ pub struct Pixel<'a> {
     first: usize,
     /// By replicate: the sum of the weights of its samples.
     weights: Replicates,
-    weight: f64,
 }
 
 impl Pixel<'_> {
@@ -359,40 +358,38 @@ impl Pixel<'_> {
     /// The mean and the replicates' deviations from it, of the pixel's samples and of light subpaths
     /// together. `None` without samples.
     fn linearised(&self, quantity: Quantity) -> Option<(f64, Replicates)> {
-        if self.weight == 0.0 {
-            return None;
-        }
         let film = self.film;
         let of = |sums: &Sums, quantum: f64, weights: &[f64]| {
             let cells = self.first..self.first + weights.len();
             let value = |cell| film.value(quantity, |channel| sums.of(cell, channel)) * quantum;
             linearised(cells.map(value).collect(), weights)
         };
-        let (own, mut deviations) = of(&film.sums, film.scale_of(quantity).quantum, &self.weights);
+        let own = of(&film.sums, film.scale_of(quantity).quantum, &self.weights)?;
         if film.light.is_empty() {
-            return Some((own, deviations));
+            return Some(own);
         }
         let counts: Replicates = film.light.count.iter().map(|&count| count as f64).collect();
-        let (light, of_light) = of(&film.light.sums, film.light.scale.quantum, &counts);
-        for (own, light) in deviations.iter_mut().zip(of_light) {
-            *own += light;
-        }
+        let Some((light, of_light)) = of(&film.light.sums, film.light.scale.quantum, &counts) else {
+            return Some(own);
+        };
+        let (own, mut deviations) = own;
+        add_each(&mut deviations, &of_light);
         Some((own + light, deviations))
     }
 }
 
 /// The sum of the replicates' values over that of their weights. Also, for each replicate, how far it lies
-/// above that mean: what it adds to the ratio, to first order. Both are 0 where all weights are.
-fn linearised(mut values: Replicates, weights: &[f64]) -> (f64, Replicates) {
+/// above that mean: what it adds to the ratio, to first order. `None` without weight.
+fn linearised(mut values: Replicates, weights: &[f64]) -> Option<(f64, Replicates)> {
     let weight: f64 = weights.iter().sum();
     if weight == 0.0 {
-        return (0.0, smallvec![0.0; values.len()]);
+        return None;
     }
     let (ratio, share) = (values.iter().sum::<f64>() / weight, values.len() as f64 / weight);
     for (value, weight) in values.iter_mut().zip(weights) {
         *value = (*value - ratio * weight) * share;
     }
-    (ratio, values)
+    Some((ratio, values))
 }
 
 fn add_each(own: &mut [f64], more: &[f64]) {

@@ -11,8 +11,8 @@ const CLASSES: [(&str, &str, &str); 12] = [
         "Lengths are in the scene's own unit, in the coordinates that `to_world` takes to the scene. One that \
          mirrors turns spheres inside out, and meshes without vertex normals or with `face_normals`, as in \
          Mitsuba; cylinders, disks, rectangles, cubes and other meshes keep their outside. `flip_normals` turns a \
-         shape back. Parts of a solid face out of it in any case. `to_world` moves the control points of a `linearcurve` or `bsplinecurve` and leaves the radii. \
-         Vertex normals that a mesh lacks are computed after `to_world`. A shape that an `<animation>` moves is \
+         shape back. Parts of a solid face out of it in any case. `to_world` moves the control points of a \
+         `linearcurve` or `bsplinecurve` and leaves the radii. Vertex normals that a mesh lacks are computed after `to_world`. A shape that an `<animation>` moves is \
          what it is at rest where it stands in the middle of the time that the shutter is open; scales that \
          change meanwhile stretch it from there, with its radii and normals.",
     ),

@@ -143,11 +143,7 @@ pub(in crate::scene) fn check(
             })
         }
         SpectrumKind::Checkerboard(board) => {
-            // All of them, so that each that is wrong is reported.
-            Some(
-                board.colours.iter().filter(|colour| !spectra::check(reader, colour, name, purpose)).count()
-                    == 0,
-            )
+            Some(each(&board.colours, |colour| spectra::check(reader, colour, name, purpose)))
         }
         SpectrumKind::Procedural(_) if purpose == Use::Normals => refuse(
             format!("{title} is one number, not a normal"),
@@ -160,7 +156,7 @@ pub(in crate::scene) fn check(
                 // Between numbers there is a slope, though they have none.
                 spectra::check(reader, colour, name, if slopes { purpose } else { Use::Weight })
             };
-            Some(procedural.colours.iter().filter(|colour| !fits(colour)).count() == 0)
+            Some(each(&procedural.colours, fits))
         }
         SpectrumKind::Vector(_) if purpose == Use::Normals => Some(true),
         SpectrumKind::Vector(_) => refuse(
@@ -190,6 +186,11 @@ pub(in crate::scene) fn check(
         SpectrumKind::Daylit(nested) => Some(spectra::check(reader, nested, name, purpose)),
         _ => None,
     }
+}
+
+/// Whether all colours fit. Each is asked, so that each that is wrong is reported.
+fn each(colours: &[SpectrumSource], fits: impl Fn(&SpectrumSource) -> bool) -> bool {
+    colours.iter().filter(|colour| !fits(colour)).count() == 0
 }
 
 /// Tells of texels whose colour is beyond what a reflectance can be.
